@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""What can be asked of readers and writers, the same for every format."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from tumtools.model.camera import CameraInfo
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOptions:
+    """How to read a source.
+
+    Attributes:
+        topics: Stream -> topic, for recordings where the streams cannot be told by type alone.
+        salvage: Deliver what is readable of a damaged source before the damage, and warn, instead of
+            failing.
+
+    """
+
+    topics: Mapping[str, str] = field(default_factory=dict)
+    salvage: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class WriteOptions:
+    """How to write a target. None means the default of the format (`registry.Format.options`).
+
+    Attributes:
+        archive: Pass PNG files through byte for byte.
+        layout: Topic and frame names: `published` or `modern`.
+        profile: MCAP profile: `ros1` or `ros2`.
+        storage: rosbag2 storage: `sqlite3` or `mcap`.
+        ros_distro: ROS 2 release that must be able to read the result.
+        color_encoding: `png`, `rgb8` or `bgr8`.
+        depth_encoding: `png`, `32FC1` or `16UC1`.
+        compression: `none`, `lz4`, `zstd` or `bz2`.
+        dialect: rawlog dialect: `modern`, `legacy` or `converter`.
+        groundtruth: `pose`, `tf`, `both` or `none`.
+        camera: Name of a calibration (`tumtools.model.camera.CAMERAS`) to use instead of the sequence's.
+        cameras: Intrinsics by image stream that overrule everything else.
+        frame_ids: Stream -> coordinate frame.
+        topics: Stream -> topic to write it to.
+        jobs: Threads for decoding and encoding.
+
+    """
+
+    archive: bool = False
+    layout: str | None = None
+    profile: str | None = None
+    storage: str | None = None
+    ros_distro: str | None = None
+    color_encoding: str | None = None
+    depth_encoding: str | None = None
+    compression: str | None = None
+    dialect: str | None = None
+    groundtruth: str | None = None
+    camera: str | None = None
+    cameras: Mapping[str, CameraInfo] = field(default_factory=dict)
+    frame_ids: Mapping[str, str] = field(default_factory=dict)
+    topics: Mapping[str, str] = field(default_factory=dict)
+    jobs: int = 2
+
+
+class Progress(Protocol):
+    """Told by readers and writers how far they are."""
+
+    def __call__(self, frames: int, nbytes: int) -> None:
+        """So many more frames and bytes are done."""
+
+
+def no_progress(frames: int, nbytes: int) -> None:
+    """Progress that nobody watches."""

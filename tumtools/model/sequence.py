@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""What a sequence is: a header and small signals as arrays, images as a lazy stream in time order."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Self
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator, Mapping
+    from types import TracebackType
+
+    import numpy as np
+    import numpy.typing as npt
+
+    from tumtools.model.camera import CameraInfo
+    from tumtools.model.image import Image
+    from tumtools.model.signals import Accelerometer, Trajectory
+    from tumtools.model.text import TextLayout
+
+IMAGE_STREAMS: Final = ("rgb", "depth", "ir")
+"""Names of the image streams, in the order that equal stamps are sorted in."""
+SIGNAL_STREAMS: Final = ("accelerometer", "groundtruth")
+STREAMS: Final = IMAGE_STREAMS + SIGNAL_STREAMS
+
+TUM_DEPTH_UNITS_PER_METRE: Final = 5000.0
+DATA_LICENCE: Final = "CC BY 4.0"
+DATA_CITATION: Final = (
+    "J. Sturm, N. Engelhard, F. Endres, W. Burgard, D. Cremers: "
+    "A Benchmark for the Evaluation of RGB-D SLAM Systems. IROS 2012."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """One way in which a conversion changes or drops something.
+
+    Attributes:
+        stream: Which stream, topic or file.
+        what: What is changed or dropped, in a few words; the same words for the same kind of loss.
+        count: How many items (frames, rows, pixels, files).
+        why: Why the target or the model cannot hold it.
+        largest_error: The largest change of a value, in `unit`, or None where nothing is measured.
+        unit: Unit of `largest_error`.
+
+    """
+
+    stream: str
+    what: str
+    count: int
+    why: str
+    largest_error: float | None = None
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ImageStreamInfo:
+    """What is known of an image stream without decoding it.
+
+    Attributes:
+        count: Number of images.
+        encoding: Encoding of the first image as it will be delivered; None if there is no image.
+        width: Columns of the first image.
+        height: Rows of the first image.
+        depth_units_per_metre: Of the first image, where it is depth.
+        frame_id: Coordinate frame, where the source names one.
+        nbytes: Bytes of all images as they are stored in the source (compressed if they are).
+        compression: `png`, `jpeg`, or None for raw pixels.
+        source: The topic or folder that it comes from.
+
+    """
+
+    count: int
+    encoding: str | None = None
+    width: int = 0
+    height: int = 0
+    depth_units_per_metre: float | None = None
+    frame_id: str | None = None
+    nbytes: int = 0
+    compression: str | None = None
+    source: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceInfo:
+    """The header of a sequence.
+
+    Attributes:
+        name: Official name if known (`rgbd_dataset_freiburg1_xyz`), or that of the file.
+        format: Name of the format that it was read from.
+        camera: `fr1`, `fr2`, `fr3`, `ros-default`, or None if unknown.
+        images: The image streams that are there, by name, in the order of `IMAGE_STREAMS`.
+        text: Layout of the text file of each stream, where the source knew one.
+        frame_ids: Coordinate frame of each stream, where the source names one.
+        licence: Licence of the data, where known.
+        citation: How to cite the data, where known.
+        digest: Content digest that the source carries about itself, if any.
+        not_carried: What the source holds and the model does not: other files, other topics.
+        warnings: What the user should know about the source; each names its place.
+
+    """
+
+    name: str
+    format: str
+    camera: str | None = None
+    images: Mapping[str, ImageStreamInfo] = field(default_factory=dict)
+    text: Mapping[str, TextLayout] = field(default_factory=dict)
+    frame_ids: Mapping[str, str] = field(default_factory=dict)
+    licence: str | None = None
+    citation: str | None = None
+    digest: str | None = None
+    not_carried: tuple[Loss, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One image of a stream, not loaded yet.
+
+    Attributes:
+        stream: `rgb`, `depth` or `ir`.
+        stamp: Nanoseconds since 1970.
+        row: Which row of its stream's list this is (0 = first), in file order.
+        load: Read the image; may be called from any thread, and more than once.
+        frame_id: Coordinate frame, where the source names one.
+
+    """
+
+    stream: str
+    stamp: int
+    row: int
+    load: Callable[[], Image]
+    frame_id: str | None = None
+
+
+class Sequence(ABC):
+    """A recording that can be read any number of times; a context manager.
+
+    Attributes:
+        info: The header.
+        groundtruth: Poses of the colour optical frame, rows in file order; None if there is no such file.
+        accelerometer: Rows in file order; None if there is no such file.
+        cameras: Intrinsics that the source itself carries, by image stream.
+
+    """
+
+    info: SequenceInfo
+    groundtruth: Trajectory | None = None
+    accelerometer: Accelerometer | None = None
+    cameras: Mapping[str, CameraInfo] = {}
+
+    @abstractmethod
+    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
+        """Return the stamps of an image stream, rows in file order; empty if there is none."""
+
+    @abstractmethod
+    def images(
+        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[Frame]:
+        """Yield the images in order of (stamp, stream as in `IMAGE_STREAMS`, row).
+
+        Args:
+            streams: Only these; None for all.
+            start: First stamp wanted, inclusive.
+            end: Last stamp wanted, inclusive.
+
+        Raises:
+            InputError: The source is damaged.
+
+        """
+
+    def close(self) -> None:  # noqa: B027 - most sequences hold nothing open
+        """Release files; the sequence is not used afterwards."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def frame_order(frame: Frame) -> tuple[int, int, int]:
+    """Sort key of frames: stamp, then stream, then row."""
+    return frame.stamp, IMAGE_STREAMS.index(frame.stream), frame.row

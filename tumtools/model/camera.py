@@ -34,7 +34,7 @@ class CameraInfo:
     distortion_model: str = "plumb_bob"
 
     @classmethod
-    def pinhole(  # noqa: PLR0913 - the intrinsics are what they are
+    def pinhole(
         cls,
         fx: float,
         fy: float,

@@ -1,0 +1,20 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Fixtures for all tests."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def real_data() -> Path:
+    """Folder of the real data; the test is skipped where it is absent."""
+    default = Path(__file__).parents[1] / ".." / "shared" / "data"
+    folder = Path(os.environ.get("TUMTOOLS_REAL_DATA", default)).resolve()
+    if not folder.is_dir():
+        pytest.skip(f"no real data at {folder}; set TUMTOOLS_REAL_DATA")
+    return folder

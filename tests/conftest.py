@@ -18,3 +18,9 @@ def real_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real data at {folder}; set TUMTOOLS_REAL_DATA")
     return folder
+
+
+@pytest.fixture(scope="session")
+def real_sequence(real_data: Path) -> Path:
+    """Return the 90 colour and 90 depth images of fr1/rpy with their text files."""
+    return real_data / "rgbd_dataset_freiburg1_rpy"

@@ -35,8 +35,6 @@ class TextLayout:
             begin with comment or blank lines that stand before the row.
         tail: All text after the last row's line end.
         final_newline: False when the file ends with the last row and no line end.
-        order: When the rows are not in the order in which containers keep them (by stamp, stable):
-            for each row in container order its row number in the file. None otherwise.
 
     """
 
@@ -48,12 +46,11 @@ class TextLayout:
     overrides: Mapping[int, str] = field(default_factory=dict)
     tail: str = ""
     final_newline: bool = True
-    order: tuple[int, ...] | None = None
 
     def select(self, rows: Sequence[int]) -> TextLayout:
         """Return the layout for a choice of rows, given by their old row numbers in file order."""
         overrides = {new: self.overrides[old] for new, old in enumerate(rows) if old in self.overrides}
-        return replace(self, overrides=overrides, order=None)
+        return replace(self, overrides=overrides)
 
 
 TITLES: Final[dict[str, tuple[str, str]]] = {

@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Which members of an archive are safe to look at."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Final
+
+from tumtools.errors import InputError
+
+if TYPE_CHECKING:
+    import tarfile
+
+MAX_MEMBER_BYTES: Final = 1 << 28
+"""An image or text file of 256 MiB is none of the benchmark's; it would fill the memory."""
+
+
+def check_name(name: str, archive: str) -> str:
+    """Return the normalised name of a member: relative, with `/`, without `.` parts.
+
+    Raises:
+        InputError: The name is absolute or leads out of the archive's folder.
+
+    """
+    parts = [part for part in name.replace("\\", "/").split("/") if part not in {"", "."}]
+    if name.startswith(("/", "\\")) or ".." in parts or (parts and parts[0].endswith(":")):
+        raise InputError(
+            "the member's name leads outside of the archive",
+            path=archive,
+            location=f"member {name}",
+            hint="do not unpack this archive; get it again from a source that you trust",
+        )
+    return str(PurePosixPath(*parts)) if parts else "."
+
+
+def check_tar_member(member: tarfile.TarInfo, archive: str) -> str:
+    """Return the normalised name of a regular file or folder.
+
+    Raises:
+        InputError: A link, a device, an unsafe name, or a file too large to be of a sequence.
+
+    """
+    name = check_name(member.name, archive)
+    if not (member.isfile() or member.isdir()) or member.issparse():
+        kind = "a link" if member.issym() or member.islnk() else "neither a file nor a folder"
+        raise InputError(f"the member is {kind}", path=archive, location=f"member {member.name}")
+    check_size(member.size, archive, member.name)
+    return name
+
+
+def check_size(size: int, archive: str, name: str) -> None:
+    """Refuse a member that is too large to be held in memory.
+
+    Raises:
+        InputError: It is larger than `MAX_MEMBER_BYTES`.
+
+    """
+    if size > MAX_MEMBER_BYTES:
+        raise InputError(
+            f"the member has {size} bytes; no file of a sequence has more than {MAX_MEMBER_BYTES}",
+            path=archive,
+            location=f"member {name}",
+        )

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The two forms of an image: give me pixels, give me a PNG file."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PIL import Image as PillowImage
+
+from tumtools.errors import InputError
+from tumtools.images import png
+from tumtools.model.image import ENCODINGS, Image
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+_SWAPPED = {"bgr8": "rgb8", "bgra8": "rgba8"}
+
+
+def image_of_png(data: bytes | memoryview, depth_units_per_metre: float | None = None) -> Image:
+    """Wrap a PNG file, its chunks checked and nothing decoded.
+
+    Args:
+        data: The file.
+        depth_units_per_metre: Given for depth.
+
+    Raises:
+        InputError: The file is damaged, or no depth where depth was expected.
+
+    """
+    found = png.check(data)
+    encoding = found.encoding
+    if depth_units_per_metre is None and encoding == "16UC1":
+        encoding = "mono16"
+    return Image(
+        width=found.width,
+        height=found.height,
+        encoding=encoding,
+        depth_units_per_metre=depth_units_per_metre,
+        compressed=data,
+        compression="png",
+    )
+
+
+def image_of_pixels(
+    pixels: npt.NDArray[np.generic], encoding: str, depth_units_per_metre: float | None = None
+) -> Image:
+    """Wrap decoded pixels of an encoding."""
+    return Image(
+        width=pixels.shape[1],
+        height=pixels.shape[0],
+        encoding=encoding,
+        depth_units_per_metre=depth_units_per_metre,
+        pixels=pixels,
+    )
+
+
+def pixels_of(image: Image) -> npt.NDArray[np.generic]:
+    """Return the pixels, decoding if need be.
+
+    Raises:
+        InputError: The compressed image is damaged.
+
+    """
+    if image.pixels is not None:
+        return image.pixels
+    if image.compressed is None:
+        raise InputError("an image with neither pixels nor a file")
+    if image.compression == "png":
+        return png.decode(image.compressed)
+    return _decode_jpeg(image)
+
+
+def _decode_jpeg(image: Image) -> npt.NDArray[np.generic]:
+    try:
+        with PillowImage.open(io.BytesIO(image.compressed or b""), formats=("JPEG",)) as picture:
+            return np.asarray(picture.convert("L" if image.encoding == "mono8" else "RGB"))
+    except (OSError, SyntaxError, ValueError, PillowImage.DecompressionBombError) as error:
+        raise InputError(f"the JPEG image cannot be decoded: {error}") from error
+
+
+def image_of_jpeg(data: bytes | memoryview) -> Image:
+    """Wrap a JPEG file, its header read and nothing decoded.
+
+    Raises:
+        InputError: Not a JPEG file.
+
+    """
+    try:
+        with PillowImage.open(io.BytesIO(data), formats=("JPEG",)) as picture:
+            width, height = picture.size
+            encoding = "mono8" if picture.mode == "L" else "rgb8"
+    except (OSError, SyntaxError, ValueError, PillowImage.DecompressionBombError) as error:
+        raise InputError(f"not a JPEG image: {error}") from error
+    return Image(width, height, encoding, compressed=data, compression="jpeg")
+
+
+def canonical(pixels: npt.NDArray[np.generic], encoding: str) -> tuple[npt.NDArray[np.generic], str]:
+    """Put channels in the order R G B (A); return the pixels and their encoding."""
+    if encoding in _SWAPPED:
+        order = [2, 1, 0] if encoding == "bgr8" else [2, 1, 0, 3]
+        return np.ascontiguousarray(pixels[:, :, order]), _SWAPPED[encoding]
+    return pixels, encoding
+
+
+def png_of(image: Image) -> bytes | memoryview:
+    """Return the image as a PNG file: the one it came with, or its pixels encoded.
+
+    Raises:
+        InputError: The compressed image is damaged.
+        ValueError: The encoding does not fit into a PNG (`32FC1`).
+
+    """
+    if image.png is not None:
+        return image.png
+    pixels, encoding = canonical(pixels_of(image), image.encoding)
+    if ENCODINGS[encoding].dtype.kind == "f":
+        raise ValueError("float depth does not fit into a PNG; rescale it to counts first")
+    return png.encode(pixels)

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Depth between integer counts and metres.
+
+Counts use 0 for "no reading"; metres (`32FC1`) use NaN. Counts become float32 by one division in float64
+and come back by rounding, which is exact for all 65 536 values at 5000 units per metre. Truncation would be
+wrong for about half of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+_COUNTS = 65_536
+
+
+@lru_cache(maxsize=8)
+def _metres_of_counts(units_per_metre: float) -> npt.NDArray[np.float32]:
+    table = (np.arange(_COUNTS) / units_per_metre).astype(np.float32)
+    table[0] = np.nan
+    table.flags.writeable = False
+    return table
+
+
+def to_metres(counts: npt.NDArray[np.uint16], units_per_metre: float) -> npt.NDArray[np.float32]:
+    """Return metres as float32, NaN where the count is 0. Any shape."""
+    return _metres_of_counts(units_per_metre)[counts]
+
+
+@dataclass(frozen=True, slots=True)
+class Rounding:
+    """What rounding to counts changed.
+
+    Attributes:
+        inexact: Pixels that were no multiple of the unit.
+        clipped: Pixels outside the range of the counts (negative, or too far); they became 0, no reading.
+        largest_error: Largest change of a pixel that was rounded, in metres.
+
+    """
+
+    inexact: int = 0
+    clipped: int = 0
+    largest_error: float = 0.0
+
+    def __add__(self, other: Rounding) -> Rounding:
+        return Rounding(
+            self.inexact + other.inexact,
+            self.clipped + other.clipped,
+            max(self.largest_error, other.largest_error),
+        )
+
+
+EXACT = Rounding()
+
+
+def to_counts(
+    metres: npt.NDArray[np.float32], units_per_metre: float
+) -> tuple[npt.NDArray[np.uint16], Rounding]:
+    """Round metres to counts; not finite and zero become 0.
+
+    Returns:
+        The counts, and what the rounding changed: values that are not exactly the float32 of a count.
+
+    """
+    with np.errstate(invalid="ignore"):
+        scaled = np.rint(metres.astype(np.float64) * units_per_metre)
+        valid = np.isfinite(metres) & (metres != 0)
+        inside = valid & (scaled >= 0) & (scaled < _COUNTS)
+        counts = np.where(inside, scaled, 0).astype(np.uint16)
+    back = _metres_of_counts(units_per_metre)[counts]
+    changed = inside & (back != metres)
+    # A reading that rounds to 0 has become "no reading"; its error is its own size.
+    back = np.where(counts == 0, np.float32(0), back)
+    inexact = int(np.count_nonzero(changed))
+    error = float(np.max(np.abs(back[changed].astype(np.float64) - metres[changed]))) if inexact else 0.0
+    clipped = int(np.count_nonzero(valid & ~inside)) + int(np.count_nonzero(np.isinf(metres)))
+    return counts, Rounding(inexact, clipped, error)
+
+
+def rescale_counts(
+    counts: npt.NDArray[np.uint16], units_per_metre: float, wanted_units_per_metre: float
+) -> tuple[npt.NDArray[np.uint16], Rounding]:
+    """Rescale counts from one unit to another, rounding half to even; `largest_error` is in metres."""
+    levels = np.arange(_COUNTS)
+    scaled = np.rint(levels * (wanted_units_per_metre / units_per_metre))
+    clipped_levels = scaled >= _COUNTS
+    table = np.where(clipped_levels, 0, scaled)
+    errors = np.where(clipped_levels, 0, np.abs(table / wanted_units_per_metre - levels / units_per_metre))
+    errors[errors < 1e-12] = 0.0  # noqa: PLR2004 - float noise of exact multiples, far below any unit
+    used = np.bincount(counts.ravel(), minlength=_COUNTS)
+    inexact = (errors > 0) & (used > 0)
+    rounding = Rounding(
+        int(used[inexact].sum()),
+        int(used[clipped_levels].sum()),
+        float(errors[inexact].max()) if inexact.any() else 0.0,
+    )
+    return table.astype(np.uint16)[counts], rounding

@@ -56,7 +56,9 @@ def bake(seed: int, texel: float) -> Scene:
         surface = Surface(quad.size, texel, (seed, 2, number), quad.finish.colour)
         paint = PAINTERS[quad.finish.material](surface)
         light = np.full((2, 2), 0.8, np.float32) if quad.finish.glow else grid
-        shown = 255 * np.clip(paint * surface.stretch(light)[..., None], 0, 1) ** np.float32(_GAMMA)
+        shown: npt.NDArray[np.float32] = 255 * np.clip(
+            paint * surface.stretch(light)[..., None], 0, 1
+        ) ** np.float32(_GAMMA)
         for level in range(_LEVELS):
             tables[level].append(np.rint(shown).astype(np.uint8))
             shown = _halve(shown)
@@ -79,6 +81,6 @@ def _halve(texture: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     if min(texture.shape[:2]) < 4:  # noqa: PLR2004 - too small to halve both sides
         return texture
     even = texture[: 2 * rows, : 2 * columns]
-    halved: npt.NDArray[np.float32] = (even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]) / 4
+    halved = even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]
+    halved *= np.float32(0.25)
     return halved
-

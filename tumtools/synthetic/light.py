@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _LAMP_POINTS: Final = ((-1.3, 0.1, 2.5), (-0.7, 0.4, 2.5), (0.8, 0.3, 2.5), (1.4, 0.6, 2.5))
 """Two long lamps at the ceiling, each as two points; metres."""
-_LAMP_POWER: Final = 1.05
+_LAMP_POWER: Final = 1.9
 _AMBIENT: Final = 0.28
 _PATCH: Final = 0.07
 """Metres between the points where light is worked out."""

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 GRAVITY: Final = 9.81
 """m/s2, along the world's -z."""
 
-_SWING_DEGREES: Final = (21.0, 13.0, 19.0)
+_SWING_DEGREES: Final = (23.0, 17.0, 25.0)
 """Amplitudes of yaw, pitch and roll: enough within two seconds for the gravity check to decide."""
-_SWAY_METRES: Final = (0.16, 0.12, 0.09)
+_SWAY_METRES: Final = (0.06, 0.05, 0.04)
 _CENTRE: Final = (-0.25, -0.75, 1.42)
 _PITCH_DOWN_DEGREES: Final = 15.0
 _DIGITS: Final = 12
@@ -63,8 +63,8 @@ class Motion:
 
         return cls(
             sway=wave(np.array(_SWAY_METRES), 0.25, 0.5),
-            tremor=wave(np.full(3, 0.002), 2.0, 3.5),
-            swing=wave(np.radians(_SWING_DEGREES), 0.4, 0.6),
+            tremor=wave(np.full(3, 0.0005), 2.0, 3.5),
+            swing=wave(np.radians(_SWING_DEGREES), 0.45, 0.7),
         )
 
     def positions(self, seconds: Floats) -> Floats:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _NEAR: Final = 0.05
 """Metres; nothing nearer is drawn."""
 _UNDISTORT_STEPS: Final = 30
+_LEAST_GROWTH: Final = 0.4
+"""Least slope of the distorted radius over the undistorted one."""
 _MARGIN: Final = 0.04
 """How much further the box around a surface reaches than its corners (at depth 1), because lenses bend
 straight lines outwards."""
@@ -57,14 +59,18 @@ class View:
 
 
 def camera_rays(camera: CameraInfo) -> Rays:
-    """Invert the lens model (k1 k2 p1 p2 k3) for every pixel, by fixed-point iteration."""
+    """Invert the lens model (k1 k2 p1 p2 k3) for every pixel, by fixed-point iteration.
+
+    Beyond `model_limit` the distortion stays what it is there.
+    """
     fx, cx, fy, cy = camera.k[0], camera.k[2], camera.k[4], camera.k[5]
     k1, k2, p1, p2, k3 = camera.d
     goal_x = (np.arange(camera.width)[None, :] - cx) / fx + np.zeros((camera.height, 1))
     goal_y = (np.arange(camera.height)[:, None] - cy) / fy + np.zeros((1, camera.width))
+    limit = model_limit(camera)
     x, y = goal_x, goal_y
     for _ in range(_UNDISTORT_STEPS):
-        r2 = x * x + y * y
+        r2 = np.minimum(x * x + y * y, limit)
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         shift_x = 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
         shift_y = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
@@ -72,7 +78,22 @@ def camera_rays(camera: CameraInfo) -> Rays:
     return Rays(x.astype(np.float32), y.astype(np.float32))
 
 
-def cast(scene: Scene, rays: Rays, position: npt.NDArray[np.float64], rotation: npt.NDArray[np.float64]) -> View:
+def model_limit(camera: CameraInfo) -> float:
+    """Return the squared radius (at depth 1) up to which the lens model can be inverted.
+
+    A polynomial fitted to the middle of the image may fold over in its corners, as that of the fr2
+    infrared camera does.
+    """
+    k1, k2, _, _, k3 = camera.d
+    r2 = np.linspace(0, 2, 2001)
+    growth = 1 + r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3))
+    folds = np.flatnonzero(growth < _LEAST_GROWTH)
+    return float(r2[folds[0]] if len(folds) else r2[-1])
+
+
+def cast(
+    scene: Scene, rays: Rays, position: npt.NDArray[np.float64], rotation: npt.NDArray[np.float64]
+) -> View:
     """Return what the camera sees.
 
     Args:
@@ -115,7 +136,10 @@ def _window(
 ) -> tuple[slice, slice] | None:
     """Return the rows and columns that can see the surface, None if there are none."""
     right, down = quad.right * quad.size[0], quad.down * quad.size[1]
-    corners = np.stack([quad.origin, quad.origin + right, quad.origin + down, quad.origin + right + down]) - position
+    corners = (
+        np.stack([quad.origin, quad.origin + right, quad.origin + down, quad.origin + right + down])
+        - position
+    )
     x, y, z = rotate_back(np.broadcast_to(rotation, (4, 3, 3)), corners).T
     if (z <= _NEAR).all():
         return None
@@ -168,7 +192,11 @@ def shade(scene: Scene, view: View, focal_length: float) -> npt.NDArray[np.float
     footprint = view.depth / np.float32(focal_length * scene.texel) / np.sqrt(np.maximum(view.slope, 0.1))
     level = np.clip(np.rint(np.log2(np.maximum(footprint, 1e-3))), 0, len(scene.first) - 1).astype(np.intp)
     sizes = np.array([quad.size for quad in scene.quads], np.float32)
-    first, rows, columns = scene.first[level, surface], scene.rows[level, surface], scene.columns[level, surface]
+    first, rows, columns = (
+        scene.first[level, surface],
+        scene.rows[level, surface],
+        scene.columns[level, surface],
+    )
     left, right_share = _neighbours(view.u / sizes[surface, 0], columns)
     top, down_share = _neighbours(view.v / sizes[surface, 1], rows)
     corner = first + top * columns + left

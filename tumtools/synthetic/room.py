@@ -87,7 +87,7 @@ def _pictures(random: np.random.Generator) -> list[Quad]:
 
 
 def _desk(random: np.random.Generator) -> list[Quad]:
-    """The long desk below the posters, with two monitors, a keyboard, books, mugs and paper."""
+    """Set up the long desk below the posters, with two monitors, a keyboard, books, mugs and paper."""
     top = 0.74
     quads = table((0.15, 1.78, 0.0), (2.2, 0.85, top), _BEECH, _STEEL)
     for x, yaw in ((-0.28, 9.0), (0.36, -12.0)):
@@ -102,19 +102,23 @@ def _desk(random: np.random.Generator) -> list[Quad]:
         size = (random.uniform(0.17, 0.24), random.uniform(0.22, 0.30), random.uniform(0.02, 0.05))
         hue = (random.uniform(0.1, 0.7), random.uniform(0.1, 0.5), random.uniform(0.1, 0.6))
         cover = _POSTER if n == 4 else None  # noqa: PLR2004 - the uppermost book
-        quads += box((-0.72, 1.72, height), size, Finish("metal", hue), yaw=random.uniform(-25, 25), top=cover)
+        quads += box(
+            (-0.72, 1.72, height), size, Finish("metal", hue), yaw=random.uniform(-25, 25), top=cover
+        )
         height += size[2]
     for x, y, hue in ((0.62, 1.50, (0.75, 0.12, 0.10)), (-0.42, 1.55, (0.80, 0.80, 0.76))):
         quads += cylinder((x, y, top), 0.042, 0.10, Finish("metal", hue), top=None)
     for _ in range(7):
         x, y, turn = random.uniform(-0.85, 1.1), random.uniform(1.42, 1.7), random.uniform(-30, 30)
-        quads += box((x, y, top + random.uniform(0.001, 0.004)), (0.21, 0.297, 0.001), _PAPER, yaw=turn, top=_PAPER)
+        quads += box(
+            (x, y, top + random.uniform(0.001, 0.004)), (0.21, 0.297, 0.001), _PAPER, yaw=turn, top=_PAPER
+        )
     quads += box((0.98, 1.95, top), (0.34, 0.26, 0.30), _CARTON, yaw=20.0, front=_PAPER)
     return quads
 
 
 def _side_desk(random: np.random.Generator) -> list[Quad]:
-    """A white table along the right wall with cartons, a row of books and a lamp."""
+    """Set up a white table along the right wall with cartons, a row of books and a lamp."""
     top = 0.72
     quads = table((2.15, 0.35, 0.0), (0.8, 1.7, top), _WHITE_BOARD, _STEEL)
     quads += box((2.25, 0.85, top), (0.36, 0.42, 0.26), _CARTON, yaw=-64.0, front=_POSTER)
@@ -124,12 +128,17 @@ def _side_desk(random: np.random.Generator) -> list[Quad]:
     quads += cylinder((2.0, -0.15, top + 0.38), 0.11, 0.16, Finish("fabric", (0.75, 0.66, 0.42)), top=None)
     for _ in range(3):
         x, y = random.uniform(1.9, 2.1), random.uniform(0.1, 0.8)
-        quads += box((x, y, top + random.uniform(0.001, 0.004)), (0.21, 0.297, 0.001), _PAPER, yaw=random.uniform(-90, 90))
+        quads += box(
+            (x, y, top + random.uniform(0.001, 0.004)),
+            (0.21, 0.297, 0.001),
+            _PAPER,
+            yaw=random.uniform(-90, 90),
+        )
     return quads
 
 
 def _shelves() -> list[Quad]:
-    """A book case in the far left corner."""
+    """Set up a book case in the far left corner."""
     x, y, width, depth, height = -1.75, 2.08, 0.95, 0.36, 1.25
     side = width / 2
     quads = box((x - side, y, 0), (0.025, depth, height), _DARK_WOOD)
@@ -141,18 +150,25 @@ def _shelves() -> list[Quad]:
         left = x - side + 0.02 + share * width / 2
         quads += box((left, y + 0.05, level), (share * width - 0.05, 0.2, tall), _DARK_WOOD, front=_BOOKS)
     quads += box((x - 0.2, y, height), (0.3, 0.26, 0.22), _CARTON, yaw=-12.0, front=_POSTER)
-    return quads + cylinder((x + 0.22, y - 0.02, height), 0.08, 0.24, Finish("metal", (0.15, 0.42, 0.30)), top=None)
+    return quads + cylinder(
+        (x + 0.22, y - 0.02, height), 0.08, 0.24, Finish("metal", (0.15, 0.42, 0.30)), top=None
+    )
 
 
 def _floor_things(random: np.random.Generator) -> list[Quad]:
-    """A chair, a bin, a case, a carton."""
+    """Scatter a chair, a bin, a case, a carton."""
     x, y, yaw = 0.05, 0.86, random.uniform(-35, 35)
     quads = box((x, y, 0.44), (0.46, 0.44, 0.07), _SEAT, yaw=yaw)
     quads += cylinder((x, y, 0.06), 0.03, 0.38, _STEEL, top=None)
     quads += box((x, y, 0.03), (0.6, 0.05, 0.04), _BLACK, yaw=yaw + 20)
     quads += box((x, y, 0.03), (0.05, 0.6, 0.04), _BLACK, yaw=yaw + 20)
     back = np.radians(yaw)
-    quads += box((x + 0.23 * float(np.sin(back)), y - 0.23 * float(np.cos(back)), 0.5), (0.42, 0.05, 0.42), _SEAT, yaw=yaw)
+    quads += box(
+        (x + 0.23 * float(np.sin(back)), y - 0.23 * float(np.cos(back)), 0.5),
+        (0.42, 0.05, 0.42),
+        _SEAT,
+        yaw=yaw,
+    )
     quads += cylinder((-1.0, 1.55, 0.0), 0.16, 0.34, _BIN, top=None)
     quads += box((0.75, 1.80, 0.0), (0.2, 0.5, 0.45), _BLACK)
     quads += box((1.45, 0.95, 0.0), (0.5, 0.36, 0.34), _CARTON, yaw=random.uniform(10, 40), front=_POSTER)

@@ -133,9 +133,11 @@ def table(base: Point, size: Point, top: Finish, legs: Finish, *, yaw: float = 0
 
 
 def cylinder(base: Point, radius: float, height: float, finish: Finish, *, top: Finish | None) -> list[Quad]:
-    """Return a standing cylinder of flat facets, open above unless it has a top (drawn as a square inside)."""
+    """Return a standing cylinder of flat facets, open above or with a square top."""
     angles = [2 * math.pi * n / _FACETS for n in range(_FACETS + 1)]
-    rim = [np.array([base[0] + radius * math.cos(a), base[1] + radius * math.sin(a), base[2]]) for a in angles]
+    rim = [
+        np.array([base[0] + radius * math.cos(a), base[1] + radius * math.sin(a), base[2]]) for a in angles
+    ]
     up = np.array([0.0, 0.0, height])
     quads = [quad(rim[n] + up, rim[n + 1] - rim[n], -up, finish) for n in range(_FACETS)]
     if top is None:

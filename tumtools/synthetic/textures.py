@@ -76,12 +76,14 @@ def sample(lattice: Floats, rows: Floats, columns: Floats) -> Floats:
 
 
 def plaster(surface: Surface) -> Floats:
-    """Painted wall: faint stains and grain."""
-    return surface.fill(1 + 0.05 * surface.noise(0.7) + 0.03 * surface.noise(0.06) + 0.03 * surface.noise(0.012))
+    """Paint a wall: faint stains and grain."""
+    return surface.fill(
+        1 + 0.05 * surface.noise(0.7) + 0.03 * surface.noise(0.06) + 0.03 * surface.noise(0.012)
+    )
 
 
 def wood(surface: Surface) -> Floats:
-    """Boards with long grain along the first edge."""
+    """Paint boards with long grain along the first edge."""
     board = 0.14
     which = (surface.v / board).astype(np.intp)
     tone = surface.random.uniform(0.8, 1.15, int(surface.size[1] / board) + 2).astype(np.float32)[which]
@@ -91,22 +93,24 @@ def wood(surface: Surface) -> Floats:
 
 
 def veneer(surface: Surface) -> Floats:
-    """Table top: one sheet of fine grain."""
-    return surface.fill(1 + 0.07 * surface.noise(0.4, 0.01) + 0.05 * surface.noise(0.15) + 0.02 * surface.noise(0.01))
+    """Paint a table top: one sheet of fine grain."""
+    return surface.fill(
+        1 + 0.07 * surface.noise(0.4, 0.01) + 0.05 * surface.noise(0.15) + 0.02 * surface.noise(0.01)
+    )
 
 
 def fabric(surface: Surface) -> Floats:
-    """Woven cloth or carpet."""
+    """Paint woven cloth or carpet."""
     return surface.fill(1 + 0.12 * surface.noise(0.2) + 0.25 * surface.noise(0.012))
 
 
 def metal(surface: Surface) -> Floats:
-    """Plain lacquer with scratches."""
+    """Paint plain lacquer with scratches."""
     return surface.fill(1 + 0.06 * surface.noise(0.3) + 0.08 * surface.noise(0.05, 0.004))
 
 
 def poster(surface: Surface) -> Floats:
-    """A printed sheet: white margin, blocks of colour, a picture, lines of text."""
+    """Paint a printed sheet: white margin, blocks of colour, a picture, lines of text."""
     random = surface.random
     width, height = surface.size
     sheet = np.full((*surface.shape, 3), 0.86, np.float32)
@@ -118,13 +122,15 @@ def poster(surface: Surface) -> Floats:
         sheet[inside] = random.uniform(0.08, 0.85, 3).astype(np.float32)
     picture = (u > 0.1) & (u < 0.9) & (v > 0.18) & (v < 0.5)  # noqa: PLR2004 - fractions of the sheet
     tint = [surface.noise(max(width, 0.05) / n) for n in (3.1, 5.3, 9.7)]
-    image = 0.45 + 0.4 * np.stack([tint[0] + tint[2] * 0.5, tint[1], tint[0] * tint[1] + tint[2] * 0.4], axis=-1)
+    image = 0.45 + 0.4 * np.stack(
+        [tint[0] + tint[2] * 0.5, tint[1], tint[0] * tint[1] + tint[2] * 0.4], axis=-1
+    )
     sheet[picture] = image[picture]
     return np.clip(_with_text(surface, sheet, 0.55, 0.92), 0.03, 0.95)
 
 
 def paper(surface: Surface) -> Floats:
-    """A page of print."""
+    """Paint a page of print."""
     sheet = np.full((*surface.shape, 3), 0.84, np.float32)
     return _with_text(surface, sheet, 0.08, 0.9)
 
@@ -144,7 +150,7 @@ def _with_text(surface: Surface, sheet: Floats, top: float, bottom: float) -> Fl
 
 
 def books(surface: Surface) -> Floats:
-    """A row of spines of different widths and colours, with titles."""
+    """Paint a row of spines of different widths and colours, with titles."""
     random = surface.random
     width, height = surface.size
     count = int(width / 0.022) + 2
@@ -162,11 +168,12 @@ def books(surface: Surface) -> Floats:
     spine[title] = 0.85
     spine[np.broadcast_to(fraction < top, surface.shape)] = 0.06
     spine[np.broadcast_to((surface.u - start < 0.0025)[0], surface.shape)] *= np.float32(0.4)  # noqa: PLR2004
-    return spine * (1 + 0.06 * surface.noise(0.02))[..., None]
+    worn: Floats = spine * (1 + 0.06 * surface.noise(0.02))[..., None]
+    return worn
 
 
 def screen(surface: Surface) -> Floats:
-    """A monitor that is on: windows with text on a dark desktop, in a black frame."""
+    """Paint a monitor that is on: windows with text on a dark desktop, in a black frame."""
     width, height = surface.size
     u, v = surface.u / np.float32(width), surface.v / np.float32(height)
     lit = np.empty((*surface.shape, 3), np.float32)
@@ -176,13 +183,14 @@ def screen(surface: Surface) -> Floats:
         pane = (u > left) & (u < right) & (v > top) & (v < bottom)
         lit[pane] = _with_text(surface, np.full_like(lit, 0.9), top + 0.06, bottom - 0.04)[pane]
         lit[pane & (v < top + 0.05)] = (0.25, 0.32, 0.5)
-    frame = (surface.u < 0.015) | (surface.u > width - 0.015) | (surface.v < 0.015) | (surface.v > height - 0.03)  # noqa: PLR2004 - metres
+    rim = np.float32(0.018)
+    frame = (surface.u < rim) | (surface.u > width - rim) | (surface.v < rim) | (surface.v > height - rim)
     lit[frame] = 0.04
     return lit
 
 
 def keyboard(surface: Surface) -> Floats:
-    """Dark keys with bright letters."""
+    """Paint dark keys with bright letters."""
     pitch = np.float32(0.019)
     gap = (surface.u % pitch < 0.003) | (surface.v % pitch < 0.003)  # noqa: PLR2004 - metres
     letter = (np.abs(surface.u % pitch - 0.009) < 0.002) & (np.abs(surface.v % pitch - 0.008) < 0.003)  # noqa: PLR2004
@@ -190,18 +198,20 @@ def keyboard(surface: Surface) -> Floats:
 
 
 def checkerboard(surface: Surface) -> Floats:
-    """The benchmark's kind of calibration target, with a white margin."""
+    """Paint the benchmark's kind of calibration target, with a white margin."""
     side = np.float32(min(surface.size) / 9)
     column, row = (surface.u / side).astype(np.intp), (surface.v / side).astype(np.intp)
     margin = (
-        (surface.u < side) | (surface.v < side)
-        | (surface.u > surface.size[0] - side) | (surface.v > surface.size[1] - side)
+        (surface.u < side)
+        | (surface.v < side)
+        | (surface.u > surface.size[0] - side)
+        | (surface.v > surface.size[1] - side)
     )
     return surface.fill(np.where(margin | ((column + row) % 2 == 0), 0.88, 0.05).astype(np.float32))
 
 
 def window(surface: Surface) -> Floats:
-    """A bright window: frame, panes, a hint of trees."""
+    """Paint a bright window: frame, panes, a hint of trees."""
     width, height = surface.size
     u, v = surface.u / np.float32(width), surface.v / np.float32(height)
     view = np.stack([0.8 - 0.1 * v + 0 * u, 0.9 - 0.1 * v + 0 * u, 1.0 - 0.15 * v + 0 * u], axis=-1)
@@ -215,7 +225,18 @@ def window(surface: Surface) -> Floats:
 PAINTERS: Final[dict[str, Painter]] = {
     painter.__name__: painter
     for painter in (
-        plaster, wood, veneer, fabric, metal, poster, paper, books, screen, keyboard, checkerboard, window,
+        plaster,
+        wood,
+        veneer,
+        fabric,
+        metal,
+        poster,
+        paper,
+        books,
+        screen,
+        keyboard,
+        checkerboard,
+        window,
     )
 }
 """What a surface can be made of."""

@@ -68,10 +68,26 @@ class WriteOptions:
     jobs: int = 2
 
 
+@dataclass(frozen=True, slots=True)
+class Needs:
+    """What a writer must be given, so that what it writes can be lossless.
+
+    Attributes:
+        depth_units_per_metre: Depth in counts of this unit; None if any depth will do.
+        pixel_streams: Streams that are written from their pixels; others are kept as PNG if they are.
+        drops: Streams that are not written.
+
+    """
+
+    depth_units_per_metre: float | None = None
+    pixel_streams: frozenset[str] = frozenset()
+    drops: frozenset[str] = frozenset()
+
+
 class Progress(Protocol):
     """Told by readers and writers how far they are."""
 
-    def __call__(self, frames: int, nbytes: int) -> None:
+    def __call__(self, frames: int, nbytes: int, /) -> None:
         """So many more frames and bytes are done."""
 
 

@@ -1,18 +1,22 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""An ordered parallel map with a bounded window, for work that releases the GIL."""
+"""Threads with bounded windows, for work that releases the GIL: an ordered map, and reading ahead."""
 
 from __future__ import annotations
 
+import queue
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import TYPE_CHECKING, TypeVar
+from threading import Event, Thread
+from typing import TYPE_CHECKING, Final, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+_POLL_SECONDS: Final = 0.2
 
 
 def ordered_map(
@@ -48,3 +52,52 @@ def ordered_map(
         for future in pending:
             future.cancel()
         pool.shutdown(wait=True)
+
+
+def read_ahead(items: Iterable[Item], window: int) -> Iterator[Item]:
+    """Yield the items, taken from the iterable by a thread of its own.
+
+    Args:
+        items: An exception of it is raised at its place.
+        window: How many items may wait.
+
+    """
+    waiting: queue.Queue[tuple[list[Item], BaseException | None]] = queue.Queue(window)
+    stop = Event()
+    thread = Thread(target=_feed, args=(items, waiting, stop), name="tumtools-read-ahead", daemon=True)
+    thread.start()
+    try:
+        while True:
+            item, error = waiting.get()
+            if error is not None:
+                raise error
+            if not item:
+                return
+            yield item[0]
+    finally:
+        stop.set()
+        thread.join()
+
+
+def _feed(
+    items: Iterable[Item], waiting: queue.Queue[tuple[list[Item], BaseException | None]], stop: Event
+) -> None:
+    """Put the items into the queue, then an empty entry or the exception, until told to stop."""
+
+    def put(item: list[Item], error: BaseException | None = None) -> None:
+        while not stop.is_set():
+            try:
+                waiting.put((item, error), timeout=_POLL_SECONDS)
+            except queue.Full:
+                continue
+            return
+
+    try:
+        for item in items:
+            put([item])
+            if stop.is_set():
+                return
+    except BaseException as error:  # noqa: BLE001 - it is raised in the caller's thread
+        put([], error)
+    else:
+        put([])

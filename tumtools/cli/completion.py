@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""`tumtools completion`."""
+
+from __future__ import annotations
+
+import click
+from click.shell_completion import get_completion_class
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+@click.command(name="completion")
+@click.argument("shell", type=click.Choice(SHELLS))
+def command(shell: str) -> None:
+    """Print the completion script for a shell.
+
+    For bash, put it into ~/.bash_completion; for zsh, into a folder of $fpath as _tumtools; for fish, into
+    ~/.config/fish/completions/tumtools.fish.
+    """
+    from tumtools.cli.main import cli
+
+    kind = get_completion_class(shell)
+    if kind is not None:
+        click.echo(kind(cli, {}, "tumtools", "_TUMTOOLS_COMPLETE").source())

@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""`tumtools convert`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from tumtools.cli import options, output
+from tumtools.formats.registry import FORMATS
+
+if TYPE_CHECKING:
+    from tumtools.convert import Report
+    from tumtools.formats.options import WriteOptions
+    from tumtools.model.sequence import Loss, Sequence
+    from tumtools.transform import Selection
+
+_CHOICES = {
+    "layout": "Topic and frame names.",
+    "profile": "MCAP profile.",
+    "storage": "rosbag2 storage.",
+    "color_encoding": "Colour images.",
+    "depth_encoding": "Depth images; 16UC1 is millimetres and loses up to 0.4 mm.",
+    "compression": "Of chunks.",
+    "dialect": "rawlog dialect.",
+    "groundtruth": "How ground truth is written.",
+}
+"""Options of the formats with a fixed set of values, which come from the registry."""
+
+
+def _format_options(command: options.Command) -> options.Command:
+    for name, text in reversed(_CHOICES.items()):
+        values = list(dict.fromkeys(v for entry in FORMATS.values() for v in entry.options.get(name, ())))
+        if values:
+            flag = f"--{name.replace('_', '-')}"
+            command = click.option(flag, type=click.Choice(values), default=None, help=text)(command)
+    return command
+
+
+@click.command(name="convert")
+@click.argument("source", default=".")
+@click.argument("target", required=False, metavar="[DEST]")
+@click.option("--to", required=True, type=click.Choice(list(FORMATS)), help="Format to write.")
+@click.option(
+    "--archive", is_flag=True, help="Pass PNG files through, so that the way back gives the same files."
+)
+@_format_options
+@click.option("--ros-distro", default=None, help="ROS 2 release that must read the result.")
+@click.option("--camera", default=None, metavar="fr1|fr2|fr3|ros-default|FILE", help="Calibration to write.")
+@click.option(
+    "--frame-id", "frame_ids", multiple=True, metavar="STREAM=ID", help="Coordinate frame of a stream."
+)
+@options.read_options
+@click.option("--start", metavar="S", help="Seconds from the first stamp, or a stamp since 1970.")
+@click.option("--end", metavar="S", help="Seconds from the first stamp, or a stamp since 1970.")
+@click.option("--every", type=click.IntRange(1), default=1, metavar="N", help="Keep each n-th image.")
+@click.option("--streams", metavar="rgb,depth,...", help="Keep only these streams.")
+@click.option("--strict", is_flag=True, help="Refuse to lose anything (exit 3).")
+@click.option("--verify/--no-verify", default=True, help="Read the result back and compare it.")
+@click.option("--dry-run", is_flag=True, help="Tell what would be written and lost; write nothing.")
+@click.option("--force", is_flag=True, help="Replace DEST.")
+@options.jobs_option
+@options.json_option
+def command(
+    source: str,
+    target: str | None,
+    to: str,
+    topics: tuple[str, ...],
+    salvage: bool,
+    start: str | None,
+    end: str | None,
+    every: int,
+    streams: str | None,
+    strict: bool,
+    verify: bool,
+    dry_run: bool,
+    force: bool,
+    as_json: bool,
+    **format_options: object,
+) -> None:
+    """Convert SOURCE (the current folder unless told) to another format.
+
+    DEST is a name beside SOURCE unless told. The result is read back and compared before it gets its name.
+    """
+    from tumtools.convert import ConvertOptions, convert, default_target
+    from tumtools.sources import locate, open_source
+
+    path = Path(target) if target else default_target(locate(source), to)
+    write_options = _write_options(format_options)
+    with open_source(source, options.make_read_options(topics, salvage)) as sequence:
+        for text in sequence.info.warnings:
+            output.warning(text)
+        selection = _selection(sequence, start, end, every, streams)
+        convert_options = ConvertOptions(selection, strict, verify, force, dry_run)
+        frames = sum(info.count for info in sequence.info.images.values())
+        with (
+            output.progress_bar("convert", frames) as bar,
+            output.progress_bar("verify", frames) as verify_bar,
+        ):
+            report = convert(
+                sequence, path, to, write_options, convert_options, progress=bar, verify_progress=verify_bar
+            )
+    if as_json:
+        output.print_json(_document(source, report))
+    else:
+        _print_report(report)
+
+
+def _write_options(values: dict[str, object]) -> WriteOptions:
+    from tumtools.formats.options import WriteOptions
+
+    frame_ids = values.pop("frame_ids")
+    pairs = options.parse_pairs(frame_ids if isinstance(frame_ids, tuple) else (), "--frame-id")
+    return WriteOptions(frame_ids=pairs, **values)  # type: ignore[arg-type]  # click has checked the types
+
+
+def _selection(
+    sequence: Sequence, start: str | None, end: str | None, every: int, streams: str | None
+) -> Selection:
+    from tumtools.errors import UsageError
+    from tumtools.model.sequence import STREAMS
+    from tumtools.model.time import parse_stamp
+    from tumtools.transform import Selection, first_stamp
+
+    first = first_stamp(sequence) or 0
+    limits = []
+    for option, text in (("--start", start), ("--end", end)):
+        try:
+            stamp = None if text is None else parse_stamp(text)
+        except ValueError as error:
+            raise UsageError(f"{option}: {error}") from error
+        # A number below the first stamp's order of magnitude is meant from the beginning.
+        limits.append(stamp + first if stamp is not None and abs(stamp) < first // 2 else stamp)
+    chosen = None if streams is None else tuple(streams.split(","))
+    unknown = set(chosen or ()) - set(STREAMS)
+    if unknown:
+        raise UsageError(
+            f"--streams: no stream {', '.join(sorted(unknown))}", hint=f"streams: {', '.join(STREAMS)}"
+        )
+    return Selection(chosen, limits[0], limits[1], every)
+
+
+def _document(source: str, report: Report) -> dict[str, object]:
+    return {
+        "source": source,
+        "target": str(report.target),
+        "format": report.format,
+        "dry_run": report.dry_run,
+        "frames": report.frames,
+        "rows": report.rows,
+        "bytes": report.nbytes,
+        "verified": report.verified,
+        "lossless": not report.losses,
+        "losses": [loss_document(loss) for loss in report.losses],
+        "warnings": list(report.warnings),
+    }
+
+
+def loss_document(loss: Loss) -> dict[str, object]:
+    """Return a loss for JSON."""
+    return {name: getattr(loss, name) for name in loss.__dataclass_fields__}
+
+
+def _print_report(report: Report) -> None:
+    done = "would write" if report.dry_run else "wrote"
+    about = "about " if report.dry_run else ""
+    checked = ", read back and compared" if report.verified else ""
+    output.message(
+        f"{done} {report.target}: {report.frames} images, {report.rows} rows, "
+        f"{about}{output.size(report.nbytes)}{checked}"
+    )
+    if not report.losses:
+        output.message("nothing lost")
+        return
+    rows = [
+        (
+            loss.stream,
+            loss.what,
+            str(loss.count),
+            f"{loss.largest_error:.3g} {loss.unit}" if loss.largest_error is not None else "-",
+            loss.why,
+        )
+        for loss in report.losses
+    ]
+    click.echo("lost:")
+    output.print_table(rows, ("stream", "what", "count", "largest error", "why"))

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The program: a table of commands that are imported when they run, and what becomes of errors."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from importlib import import_module
+from typing import Final, NoReturn, cast
+
+import click
+
+from tumtools import __version__
+from tumtools.cli import output
+from tumtools.errors import InternalError, TumtoolsError, UsageError
+
+COMMANDS: Final[dict[str, str]] = {
+    "convert": "Convert a sequence to another format.",
+    "info": "Show what a sequence holds.",
+    "digest": "Print a content digest that does not depend on the format.",
+    "diff": "Compare the contents of two sequences.",
+    "synth": "Make a synthetic sequence.",
+    "formats": "List the formats and their options.",
+    "completion": "Print a completion script for a shell.",
+}
+"""Each is a module of this package with an attribute `command`; here with its line of help, so that the
+list of commands imports none of them."""
+
+EXIT_INTERRUPTED: Final = 130
+EXIT_BUG: Final = 70
+
+
+class _LazyGroup(click.Group):
+    """A group whose commands are imported when they are asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names, in the order of the table."""
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command."""
+        del ctx
+        if cmd_name not in COMMANDS:
+            return None
+        return cast("click.Command", import_module(f"tumtools.cli.{cmd_name}").command)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        del ctx
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="tumtools", message="%(prog)s %(version)s")
+@click.option("-v", "--verbose", count=True, help="Say more; twice shows where an error arose.")
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing but results and errors.")
+def cli(verbose: int, quiet: bool) -> None:
+    """Get, check, convert, measure and re-export RGB-D sequences of the TUM RGB-D benchmark's layout.
+
+    SOURCE is a path in any format, or the name of a sequence of the benchmark.
+    """
+    output.verbosity = -1 if quiet else verbose
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Run the program and exit with the code that its documentation promises."""
+    signal.signal(signal.SIGTERM, _interrupt)
+    sys.exit(run(arguments))
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """Run the program and return its exit code."""
+    try:
+        code = cli.main(args=arguments, prog_name="tumtools", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.Abort:
+        return EXIT_INTERRUPTED
+    except click.ClickException as error:
+        error.show()
+        return UsageError.exit_code
+    except TumtoolsError as error:
+        return _report(error)
+    except KeyboardInterrupt:
+        output.message("interrupted; nothing half-written was left behind")
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        # The reader of a pipe has gone, as in `tumtools info x | head -1`.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:  # noqa: BLE001 - whatever comes here is a bug of ours
+        return _report_bug(error)
+    return code if isinstance(code, int) else 0
+
+
+def _report(error: TumtoolsError) -> int:
+    if isinstance(error, InternalError) or output.verbosity > 1:
+        output.traceback()
+    output.error(str(error))
+    return error.exit_code
+
+
+def _report_bug(error: Exception) -> int:
+    output.traceback()
+    output.error(
+        f"this is a bug of tumtools {__version__}: {type(error).__name__}: {error}\n  hint: please report it"
+    )
+    return EXIT_BUG
+
+
+def _interrupt(number: int, frame: object) -> NoReturn:
+    del number, frame
+    raise KeyboardInterrupt

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import click
+
+from tumtools.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tumtools.formats.options import ReadOptions
+
+Command = TypeVar("Command", bound="Callable[..., object]")
+
+
+def default_jobs() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def source_argument(command: Command) -> Command:
+    """Take one SOURCE."""
+    return click.argument("source")(command)
+
+
+def json_option(command: Command) -> Command:
+    """Take --json."""
+    return click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
+
+
+def jobs_option(command: Command) -> Command:
+    """Take --jobs."""
+    return click.option(
+        "--jobs",
+        type=click.IntRange(1, 256),
+        default=default_jobs,
+        help="Threads.  [default: all processors]",
+    )(command)
+
+
+def read_options(command: Command) -> Command:
+    """Take the options of reading."""
+    command = click.option(
+        "--topic",
+        "topics",
+        multiple=True,
+        metavar="STREAM=TOPIC",
+        help="Which topic of a recording is rgb, depth, ir, accelerometer or groundtruth.",
+    )(command)
+    return click.option(
+        "--salvage", is_flag=True, help="Read a damaged recording up to the damage, and warn."
+    )(command)
+
+
+def parse_pairs(pairs: tuple[str, ...], option: str) -> dict[str, str]:
+    """Read STREAM=VALUE options.
+
+    Raises:
+        UsageError: No `=`, or no such stream.
+
+    """
+    from tumtools.model.sequence import STREAMS
+
+    result = {}
+    for pair in pairs:
+        stream, equals, value = pair.partition("=")
+        if not equals or not value or stream not in STREAMS:
+            raise UsageError(f"{option} {pair}: expected STREAM=VALUE with a stream of {', '.join(STREAMS)}")
+        result[stream] = value
+    return result
+
+
+def make_read_options(topics: tuple[str, ...], salvage: bool) -> ReadOptions:
+    """Build the options of reading."""
+    from tumtools.formats.options import ReadOptions
+
+    return ReadOptions(topics=parse_pairs(topics, "--topic"), salvage=salvage)
+
+
+def path_or_none(value: str | None) -> Path | None:
+    """Return a path for an option that may be absent."""
+    return None if value is None else Path(value)

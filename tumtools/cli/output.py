@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Printing: results on stdout, everything else on stderr."""
+
+from __future__ import annotations
+
+import json
+import sys
+import traceback as _traceback
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from tumtools.formats.options import Progress
+
+SCHEMA_VERSION: Final = 1
+
+verbosity = 0
+"""-1 with --quiet, 1 and 2 with -v and -vv."""
+
+
+def print_json(document: Mapping[str, object]) -> None:
+    """Print one document, with the version of its schema; stamps are given as strings by the caller."""
+    click.echo(json.dumps({"schema_version": SCHEMA_VERSION, **document}, indent=2, ensure_ascii=False))
+
+
+def print_table(rows: Sequence[Sequence[str]], head: Sequence[str] | None = None) -> None:
+    """Print columns, numbers to the right."""
+    everything = [*([head] if head else []), *rows]
+    if not everything:
+        return
+    widths = [max(len(row[column]) for row in everything) for column in range(len(everything[0]))]
+    numeric = [
+        bool(rows) and all(row[column].replace(".", "").replace(",", "").strip("-").isdigit() for row in rows)
+        for column in range(len(widths))
+    ]
+    for number, row in enumerate(everything):
+        cells = [
+            text.rjust(width) if right else text.ljust(width)
+            for text, width, right in zip(row, widths, numeric, strict=True)
+        ]
+        line = "  ".join(cells).rstrip()
+        click.echo(click.style(line, bold=True) if head and number == 0 else line)
+
+
+def message(text: str) -> None:
+    """Say something on stderr, but not with --quiet."""
+    if verbosity >= 0:
+        click.echo(text, err=True)
+
+
+def warning(text: str) -> None:
+    """Warn on stderr."""
+    if verbosity >= 0:
+        click.echo(click.style("warning: ", fg="yellow") + text, err=True)
+
+
+def error(text: str) -> None:
+    """Print an error on stderr."""
+    click.echo(click.style("error: ", fg="red", bold=True) + text, err=True)
+
+
+def traceback() -> None:
+    """Print where the current exception arose."""
+    click.echo(_traceback.format_exc(), err=True)
+
+
+def size(nbytes: float) -> str:
+    """Return a size for people."""
+    for unit in ("B", "kB", "MB", "GB"):
+        if nbytes < 1000 or unit == "GB":  # noqa: PLR2004 - decimal units
+            return f"{nbytes:.0f} {unit}" if unit == "B" else f"{nbytes:.1f} {unit}"
+        nbytes /= 1000
+    raise AssertionError
+
+
+@contextmanager
+def progress_bar(title: str, frames: int) -> Iterator[Progress]:
+    """Show frames and bytes per second while stderr is a terminal."""
+    if verbosity < 0 or not sys.stderr.isatty() or not frames:
+        from tumtools.formats.options import no_progress
+
+        yield no_progress
+        return
+    from tqdm import tqdm
+
+    total = 0
+    with tqdm(total=frames, desc=title, unit=" frames", leave=False, dynamic_ncols=True) as bar:
+
+        def advance(done: int, nbytes: int) -> None:
+            nonlocal total
+            total += nbytes
+            elapsed = bar.format_dict["elapsed"]
+            bar.set_postfix_str(f"{size(total / elapsed)}/s" if elapsed else "", refresh=False)
+            bar.update(done)
+
+        yield advance

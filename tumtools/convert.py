@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Convert: open, transform, write to a staging place, verify, rename; and the report of what was lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from tumtools.errors import LossRefusedError
+from tumtools.formats import registry
+from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions, no_progress
+from tumtools.staging import refuse_existing, staged
+from tumtools.transform import RescaledDepth, Selection, rescale_depth, select, without
+from tumtools.verify import Recorded, verify
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tumtools.model.sequence import Loss, Sequence
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a conversion did, or would do.
+
+    Attributes:
+        target: The file or folder.
+        format: Its format.
+        frames: Images written.
+        rows: Rows of the signals written.
+        nbytes: Size of the target; estimated for a dry run.
+        losses: Everything that was changed or dropped.
+        warnings: Of the source.
+        verified: Whether the result was read back and compared.
+        dry_run: Whether nothing was written.
+
+    """
+
+    target: Path
+    format: str
+    frames: int
+    rows: int
+    nbytes: int
+    losses: tuple[Loss, ...]
+    warnings: tuple[str, ...]
+    verified: bool
+    dry_run: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ConvertOptions:
+    """How to convert, apart from the options of the formats.
+
+    Attributes:
+        selection: What to keep.
+        strict: Refuse to lose anything.
+        verify: Read the result back and compare it before it gets its name.
+        force: Replace the target.
+        dry_run: Write nothing; tell what would be written and lost.
+
+    """
+
+    selection: Selection = field(default_factory=Selection)
+    strict: bool = False
+    verify: bool = True
+    force: bool = False
+    dry_run: bool = False
+
+
+def default_target(source: Path, to: str) -> Path:
+    """Return a name beside the source for its conversion."""
+    target = registry.get(to)
+    path = source.resolve()
+    stem = path.name
+    for suffix in (".tar.gz", ".tar.zst", ".tgz", ".tar", ".zip", ".mcap", ".bag", ".rawlog", ".db3"):
+        if path.is_file() and stem.endswith(suffix):
+            stem = stem.removesuffix(suffix)
+    name = f"{stem}{target.suffix}"
+    if path.parent / name == path or (not target.suffix and (path.parent / name).exists()):
+        name = f"{stem}_{to}{target.suffix}"
+    return path.parent / name
+
+
+def convert(
+    sequence: Sequence,
+    target: Path,
+    to: str,
+    write_options: WriteOptions | None = None,
+    options: ConvertOptions | None = None,
+    *,
+    progress: Progress = no_progress,
+    verify_progress: Progress = no_progress,
+) -> Report:
+    """Write a sequence in another format.
+
+    Args:
+        sequence: Opened with `tumtools.sources.open_source`; stays open.
+        target: The file or folder to make.
+        to: Name of the format.
+        write_options: Options of the format.
+        options: Options of the conversion.
+        progress: Told of each image written.
+        verify_progress: Told of each image verified.
+
+    Raises:
+        UsageError: The options do not fit the format, or the target exists.
+        LossRefusedError: `strict`, and something would be lost; nothing is left behind.
+        InputError: The source is damaged; nothing is left behind.
+        OutputError: The target cannot be written; nothing is left behind.
+        InternalError: The result differs from the source without a loss being reported.
+
+    """
+    write_options, options = write_options or WriteOptions(), options or ConvertOptions()
+    entry = registry.get(to)
+    registry.check_options(entry, write_options)
+    needs = entry.writer.needs(write_options)
+    prepared = _prepare(sequence, options.selection, needs)
+    planned, size = entry.writer.plan(prepared, write_options)
+    report = Report(
+        target=target,
+        format=to,
+        frames=sum(info.count for info in prepared.info.images.values()),
+        rows=sum(len(s) for s in (prepared.groundtruth, prepared.accelerometer) if s is not None),
+        nbytes=size,
+        losses=_merge(sequence.info.not_carried, planned),
+        warnings=sequence.info.warnings,
+        verified=False,
+    )
+    if options.dry_run:
+        return _dry_run(prepared, report, progress)
+    refuse_existing(target, force=options.force)
+    if options.strict:
+        _refuse(report.losses, target)
+    with staged(target, force=options.force) as path:
+        recorded = Recorded(prepared, needs.pixel_streams) if options.verify else None
+        written = entry.writer.write(recorded or prepared, path, write_options, progress)
+        losses = _merge(sequence.info.not_carried, written, _transform_losses(prepared))
+        if options.strict:
+            _refuse(losses, target)
+        if recorded is not None:
+            with entry.reader.open(path, _read_options(write_options)) as result:
+                skip = {loss.stream for loss in written}
+                verify(recorded, result, skip=skip, jobs=write_options.jobs, progress=verify_progress)
+        size = _size(path)
+    return replace(report, losses=losses, nbytes=size, verified=options.verify)
+
+
+def _prepare(sequence: Sequence, selection: Selection, needs: Needs) -> Sequence:
+    prepared = select(sequence, selection)
+    if needs.drops:
+        prepared = without(prepared, needs.drops)
+    if needs.depth_units_per_metre is not None:
+        prepared = rescale_depth(prepared, needs.depth_units_per_metre)
+    return prepared
+
+
+def _read_options(options: WriteOptions) -> ReadOptions:
+    return ReadOptions(topics=options.topics)
+
+
+def _dry_run(prepared: Sequence, report: Report, progress: Progress) -> Report:
+    """Find out what would be lost; only depth that is rescaled needs to be looked at."""
+    if isinstance(prepared, RescaledDepth):
+        for frame in prepared.images(["depth"]):
+            progress(1, frame.load().nbytes)
+    return replace(report, losses=_merge(report.losses, _transform_losses(prepared)), dry_run=True)
+
+
+def _transform_losses(prepared: Sequence) -> tuple[Loss, ...]:
+    return prepared.losses() if isinstance(prepared, RescaledDepth) else ()
+
+
+def _merge(*groups: tuple[Loss, ...]) -> tuple[Loss, ...]:
+    """Join losses, the same one only once, in a stable order."""
+    return tuple(dict.fromkeys(loss for group in groups for loss in group))
+
+
+def _refuse(losses: tuple[Loss, ...], target: Path) -> None:
+    if losses:
+        first = losses[0]
+        more = f", and {len(losses) - 1} more" if len(losses) > 1 else ""
+        raise LossRefusedError(
+            f"--strict: {first.what} of {first.stream} would be lost ({first.why}){more}; nothing written",
+            path=target,
+            hint="leave --strict out to convert all the same, or look at the list with --dry-run",
+        )
+
+
+def _size(path: Path) -> int:
+    if path.is_file():
+        return path.stat().st_size
+    return sum(file.stat().st_size for file in path.rglob("*") if file.is_file())

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""A content digest that does not depend on the format; defined in docs/reference/digest.md, version 1.
+
+Equal digests mean equal streams: the same stamps to the nanosecond, the same values to the bit and the
+same pixels, in whichever container and encoding they are kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError
+from tumtools.images.codec import canonical, pixels_of
+from tumtools.images.parallel import ordered_map
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import numpy.typing as npt
+
+    from tumtools.formats.options import Progress
+    from tumtools.model.image import Image
+    from tumtools.model.sequence import Frame, Sequence
+
+VERSION: Final = 1
+_PREFIX: Final = f"tumtools-digest {VERSION}\n"
+
+
+@dataclass(frozen=True, slots=True)
+class StreamDigest:
+    """Digest of one stream.
+
+    Attributes:
+        count: Images or rows.
+        value: SHA-256 in hexadecimal.
+
+    """
+
+    count: int
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class Digest:
+    """Digest of a sequence.
+
+    Attributes:
+        streams: By stream name.
+        frames: `(stream, stamp, pixel digest)` of each image in time order, if asked for.
+
+    """
+
+    streams: Mapping[str, StreamDigest]
+    frames: tuple[tuple[str, int, str], ...] = field(default=(), repr=False)
+
+    @property
+    def value(self) -> str:
+        """One value for all streams."""
+        lines = [
+            f"{name} {self.streams[name].count} {self.streams[name].value}\n" for name in sorted(self.streams)
+        ]
+        return hashlib.sha256((_PREFIX + "".join(lines)).encode()).hexdigest()
+
+
+@lru_cache(maxsize=8)
+def _metre_table(units_per_metre: float) -> npt.NDArray[np.float32]:
+    return (np.arange(65_536) / units_per_metre).astype("<f4")
+
+
+def canonical_pixels(image: Image) -> tuple[str, npt.NDArray[np.generic]]:
+    """Return the kind and the pixels that represent an image in the digest.
+
+    Depth is metres as little-endian float32 with 0 for "no reading", colour has the order R G B (A).
+    """
+    pixels = pixels_of(image)
+    if image.depth_units_per_metre is None:
+        ordered, encoding = canonical(pixels, image.encoding)
+        return encoding, ordered
+    if image.encoding == "32FC1":
+        metres = np.where(np.isnan(pixels.view("<f4")), np.float32(0), pixels)
+        return "depth", metres.astype("<f4") + np.float32(0)  # -0.0 becomes 0.0
+    return "depth", _metre_table(image.depth_units_per_metre)[pixels]
+
+
+def pixel_digest(image: Image) -> bytes:
+    """Return the SHA-256 of the canonical pixels of an image, 32 bytes."""
+    kind, pixels = canonical_pixels(image)
+    return digest_of_pixels(kind, pixels)
+
+
+def digest_of_pixels(kind: str, pixels: npt.NDArray[np.generic]) -> bytes:
+    """Return the SHA-256 of canonical pixels."""
+    height, width = pixels.shape[:2]
+    sha = hashlib.sha256(f"{kind} {width} {height}\n".encode())
+    sha.update(np.ascontiguousarray(pixels).view(np.uint8).data)
+    return sha.digest()
+
+
+def digest_of_rows(stamps: npt.NDArray[np.int64], values: npt.NDArray[np.float64]) -> str:
+    """Return the SHA-256 of rows: each stamp as int64, its values as float64, all NaN the same."""
+    table = np.empty((len(stamps), 1 + values.shape[1]), "<i8")
+    table[:, 0] = stamps
+    table[:, 1:] = np.where(np.isnan(values), np.nan, values).astype("<f8").view("<i8")
+    return hashlib.sha256(table.tobytes()).hexdigest()
+
+
+def _digest_frames(
+    sequence: Sequence, jobs: int, progress: Progress | None
+) -> Iterator[tuple[str, int, int, bytes]]:
+    def work(frame: Frame) -> tuple[str, int, int, bytes]:
+        image = frame.load()
+        try:
+            value = pixel_digest(image)
+        except InputError as error:
+            location = error.location or f"{frame.stream} image {frame.row}"
+            raise InputError(error.message, path=error.path, location=location, hint=error.hint) from error
+        if progress is not None:
+            progress(1, image.nbytes)
+        return frame.stream, frame.stamp, frame.row, value
+
+    return ordered_map(work, sequence.images(), jobs)
+
+
+def digest(
+    sequence: Sequence, *, jobs: int = 2, deep: bool = False, progress: Progress | None = None
+) -> Digest:
+    """Digest all streams of a sequence, decoding every image once.
+
+    Args:
+        sequence: Any.
+        jobs: Threads.
+        deep: Keep the digests of the images.
+        progress: Told of each image.
+
+    Raises:
+        InputError: An image is damaged.
+
+    """
+    by_row: dict[str, list[tuple[int, int, bytes]]] = {stream: [] for stream in sequence.info.images}
+    frames = []
+    for stream, stamp, row, value in _digest_frames(sequence, jobs, progress):
+        by_row[stream].append((row, stamp, value))
+        if deep:
+            frames.append((stream, stamp, value.hex()))
+    streams = {}
+    for stream, rows in by_row.items():
+        sha = hashlib.sha256()
+        for _, stamp, value in sorted(rows):
+            sha.update(stamp.to_bytes(8, "little", signed=True) + value)
+        streams[stream] = StreamDigest(len(rows), sha.hexdigest())
+    for name, signal in (("accelerometer", sequence.accelerometer), ("groundtruth", sequence.groundtruth)):
+        if signal is not None:
+            streams[name] = StreamDigest(len(signal), digest_of_rows(signal.stamps, signal.values))
+    return Digest(streams, tuple(frames))

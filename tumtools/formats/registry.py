@@ -1,0 +1,232 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The formats: a table of lazy descriptors.
+
+A format is one package with `reader.open(path, ReadOptions) -> Sequence` and
+`writer.write(Sequence, Path, WriteOptions, Progress) -> tuple[Loss, ...]`; it is imported when it is used.
+"""
+
+from __future__ import annotations
+
+import re
+import zlib
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import import_module
+from typing import TYPE_CHECKING, Final, Protocol, cast
+
+from tumtools.errors import InputError, MissingInputError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions
+    from tumtools.model.sequence import Loss, Sequence
+
+_HEAD_BYTES: Final = 1024
+_GZIP, _ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
+
+
+class Reader(Protocol):
+    """The module `reader` of a format."""
+
+    def open(self, path: Path, options: ReadOptions) -> Sequence:
+        """Open a source.
+
+        Raises:
+            InputError: It cannot be read.
+
+        """
+
+
+class Writer(Protocol):
+    """The module `writer` of a format."""
+
+    def write(
+        self, sequence: Sequence, target: Path, options: WriteOptions, progress: Progress
+    ) -> tuple[Loss, ...]:
+        """Write a sequence to a staged path; return what was lost.
+
+        Raises:
+            InputError: The sequence cannot be read.
+            OutputError: The target cannot be written, or cannot hold a value.
+
+        """
+
+    def needs(self, options: WriteOptions) -> Needs:
+        """Return what the writer must be given."""
+
+    def plan(self, sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], int]:
+        """Return what is known to be lost without looking at pixels, and the estimated size in bytes."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format and what it can do.
+
+    Attributes:
+        name: As on the command line.
+        title: One line for people.
+        package: Package below `tumtools.formats`.
+        reads: What is read, for the table of formats.
+        writes: What is written.
+        suffix: Of the file that is written; empty for a folder.
+        content: Pattern that the first bytes match, after gzip or zstd is undone; None if only folders.
+        markers: A folder that holds one of these files is of this format.
+        options: Options that the writer understands -> their values, the default first.
+        suffixes: Suffixes of the target that choose another container (`.tgz` for tum).
+
+    """
+
+    name: str
+    title: str
+    package: str
+    reads: str
+    writes: str
+    suffix: str
+    content: re.Pattern[bytes] | None = None
+    markers: tuple[str, ...] = ()
+    options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    suffixes: tuple[str, ...] = ()
+
+    @cached_property
+    def reader(self) -> Reader:
+        """Import the reader."""
+        return cast("Reader", import_module(f"tumtools.formats.{self.package}.reader"))
+
+    @cached_property
+    def writer(self) -> Writer:
+        """Import the writer."""
+        return cast("Writer", import_module(f"tumtools.formats.{self.package}.writer"))
+
+    def option(self, options: WriteOptions, name: str) -> str:
+        """Return the value of an option, its default if it was not given."""
+        value = getattr(options, name)
+        return cast("str", value) if value is not None else self.options[name][0]
+
+
+FORMATS: Final[dict[str, Format]] = {
+    entry.name: entry
+    for entry in (
+        Format(
+            name="tum",
+            title="Layout of the TUM RGB-D benchmark: text files and PNG images",
+            package="tum",
+            reads="folder, .tgz, .tar, .tar.zst, .zip without unpacking; a trajectory text file",
+            writes="folder, .tgz",
+            suffix="",
+            suffixes=(".tgz", ".tar.gz"),
+            content=re.compile(rb"(?s).{257}ustar|PK\x03\x04"),
+            markers=("rgb.txt", "depth.txt", "ir.txt", "groundtruth.txt", "accelerometer.txt", "imu.txt"),
+        ),
+        Format(
+            name="mcap",
+            title="MCAP, with the messages of ROS 2",
+            package="mcap",
+            reads="profile ros2; none, lz4, zstd; foreign topics",
+            writes="profile ros2",
+            suffix=".mcap",
+            content=re.compile(rb"\x89MCAP0\r\n"),
+            options={
+                "color_encoding": ("png", "rgb8", "bgr8"),
+                "depth_encoding": ("32FC1", "png", "16UC1"),
+                "compression": ("zstd", "lz4", "none"),
+                "layout": ("modern", "published"),
+                "groundtruth": ("both", "pose", "tf", "none"),
+                "profile": ("ros2",),
+                "camera": (),
+                "frame_ids": (),
+                "topics": (),
+                "archive": (),
+            },
+        ),
+    )
+}
+
+_TRAJECTORY = re.compile(rb"(\xef\xbb\xbf)?\s*(#|[-+]?\d+(\.\d*)?([eE]\+\d+)?[,\s])")
+
+
+def get(name: str) -> Format:
+    """Return a format by name.
+
+    Raises:
+        UsageError: There is no such format.
+
+    """
+    try:
+        return FORMATS[name]
+    except KeyError:
+        raise UsageError(f"no format {name!r}", hint=f"formats: {', '.join(FORMATS)}") from None
+
+
+def detect(path: Path) -> Format:
+    """Tell the format of a source from its content.
+
+    Raises:
+        InputError: There is nothing there, or nothing that any format knows.
+
+    """
+    if path.is_dir():
+        for entry in FORMATS.values():
+            if any((path / marker).is_file() for marker in entry.markers):
+                return entry
+        known = ", ".join(marker for entry in FORMATS.values() for marker in entry.markers)
+        raise InputError(f"no sequence in this folder: none of {known}", path=path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+    except FileNotFoundError:
+        raise MissingInputError("there is no such file or folder", path=path) from None
+    except OSError as error:
+        raise InputError(f"cannot read: {error.strerror}", path=path) from error
+    if not head:
+        raise InputError(
+            "the file is empty (0 bytes)", path=path, hint="its recording or download was cut off"
+        )
+    head = _uncompressed(head)
+    for entry in FORMATS.values():
+        if entry.content is not None and entry.content.match(head):
+            return entry
+    if _TRAJECTORY.match(head):
+        return FORMATS["tum"]
+    raise InputError(
+        f"no format of tumtools begins with {head[:12]!r}", path=path, hint="see: tumtools formats"
+    )
+
+
+def _uncompressed(head: bytes) -> bytes:
+    """Undo gzip or zstd for the first bytes of a file."""
+    try:
+        if head.startswith(_GZIP):
+            return zlib.decompressobj(31).decompress(head, _HEAD_BYTES)
+        if head.startswith(_ZSTD):
+            import zstandard  # noqa: PLC0415 - only for such files
+
+            return zstandard.ZstdDecompressor().decompressobj().decompress(head)[:_HEAD_BYTES] or head
+    except (zlib.error, ValueError) as error:
+        raise InputError(f"the compressed data is damaged: {error}", location="offset 0") from error
+    return head
+
+
+def check_options(target: Format, options: WriteOptions) -> None:
+    """Refuse options that the format does not have, and values that it does not know.
+
+    Raises:
+        UsageError: With what the format understands.
+
+    """
+    known = target.options
+    for name in options.__dataclass_fields__:
+        value = getattr(options, name)
+        if name in {"jobs", "cameras"} or not value:
+            continue
+        flag = "--" + {"frame_ids": "frame-id", "topics": "topic"}.get(name, name.replace("_", "-"))
+        if name not in known:
+            if name == "archive" and target.name == "tum":
+                continue  # it is an archive of the PNG files anyway
+            raise UsageError(f"{flag} has no meaning for {target.name}", hint="see: tumtools formats")
+        if known[name] and value not in known[name]:
+            raise UsageError(
+                f"{flag} {value} is not possible for {target.name}", hint=f"one of {', '.join(known[name])}"
+            )

@@ -1,0 +1,255 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Read a sequence in the benchmark's layout, from a folder, an archive, or a single trajectory file."""
+
+from __future__ import annotations
+
+import heapq
+import zipfile
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.tum.members import check_name, check_size
+from tumtools.formats.tum.storage import LIST_FILES, Folder, Storage, Zip
+from tumtools.formats.tum.tar import Tar
+from tumtools.formats.tum.text import Table, parse
+from tumtools.images import png
+from tumtools.images.codec import image_of_png
+from tumtools.images.parallel import read_ahead
+from tumtools.model.camera import camera_of_name
+from tumtools.model.sequence import (
+    DATA_CITATION,
+    DATA_LICENCE,
+    IMAGE_STREAMS,
+    TUM_DEPTH_UNITS_PER_METRE,
+    Frame,
+    ImageStreamInfo,
+    Loss,
+    Sequence,
+    SequenceInfo,
+    frame_order,
+)
+from tumtools.model.signals import Accelerometer, Trajectory
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from tumtools.formats.options import ReadOptions
+    from tumtools.model.image import Image
+
+_READ_AHEAD: Final = 4
+_OFFICIAL_PREFIX: Final = "rgbd_dataset_freiburg"
+
+
+def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb of every format
+    """Open a folder, a .tgz, .tar, .tar.zst or .zip archive, or one trajectory text file.
+
+    Raises:
+        InputError: It is damaged, or no sequence.
+
+    """
+    del options  # this layout has no topics, and nothing in it is salvaged by guessing
+    if path.is_dir():
+        return TumSequence(Folder(path))
+    if path.suffix in {".txt", ".csv", ".tum"}:
+        return TrajectoryFile(path)
+    return TumSequence(Zip(path) if zipfile.is_zipfile(path) else Tar(path))
+
+
+class TrajectoryFile(Sequence):
+    """A trajectory text file on its own: a sequence with nothing but poses."""
+
+    def __init__(self, path: Path) -> None:
+        check_size(path.stat().st_size, str(path), path.name)
+        table = parse(path.read_bytes(), "groundtruth", str(path))
+        self.groundtruth = _trajectory(table)
+        self.info = SequenceInfo(
+            name=path.stem,
+            format="tum",
+            camera=camera_of_name(path.name),
+            text={"groundtruth": table.layout},
+            warnings=tuple(_header_warnings(table, str(path))),
+        )
+
+    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
+        """Return no stamps: there are no images."""
+        del stream
+        return np.empty(0, np.int64)
+
+    def images(
+        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[Frame]:
+        """Yield nothing: there are no images."""
+        del streams, start, end
+        return iter(())
+
+
+class TumSequence(Sequence):
+    """A sequence in a folder or an archive.
+
+    Attributes:
+        tables: The parsed text file of each stream.
+        files: The text file of each stream, relative to the folder.
+        missing: Images that a list names and that are not there, in list order.
+
+    """
+
+    def __init__(self, storage: Storage) -> None:
+        self._storage = storage
+        self.files = {stream: name for name, stream in reversed(LIST_FILES.items()) if name in storage.files}
+        if not self.files:
+            raise InputError(
+                f"no sequence here: none of {', '.join(LIST_FILES)}",
+                path=storage.label,
+                hint="name the folder that holds rgb.txt and depth.txt",
+            )
+        self.tables = {
+            stream: parse(bytes(storage.read(name)), stream, storage.place(name))
+            for stream, name in self.files.items()
+        }
+        self._names = {
+            stream: tuple(check_name(name, storage.place(self.files[stream])) for name in table.names)
+            for stream, table in self.tables.items()
+            if stream in IMAGE_STREAMS
+        }
+        self.missing = [name for names in self._names.values() for name in names if name not in storage.files]
+        if "groundtruth" in self.tables:
+            self.groundtruth = _trajectory(self.tables["groundtruth"])
+        if "accelerometer" in self.tables:
+            table = self.tables["accelerometer"]
+            self.accelerometer = Accelerometer(table.stamps, table.values)
+        self.info = self._make_info()
+
+    def _make_info(self) -> SequenceInfo:
+        storage = self._storage
+        name = self._name_in_header() or storage.name
+        official = name.startswith(_OFFICIAL_PREFIX)
+        streams = [stream for stream in IMAGE_STREAMS if stream in self._names]
+        return SequenceInfo(
+            name=name,
+            format="tum",
+            camera=camera_of_name(name),
+            images={stream: self._image_info(stream) for stream in streams},
+            text={stream: table.layout for stream, table in self.tables.items()},
+            licence=DATA_LICENCE if official else None,
+            citation=DATA_CITATION if official else None,
+            not_carried=tuple(self._other_files()),
+            warnings=tuple(self._warnings()),
+        )
+
+    def _name_in_header(self) -> str | None:
+        """Return the official name from the published header line `# file: 'NAME.bag'`."""
+        for table in self.tables.values():
+            for line in table.layout.head.splitlines():
+                if line.startswith("# file: '") and line.endswith(".bag'"):
+                    return line.removeprefix("# file: '").removesuffix(".bag'")
+        return None
+
+    def _image_info(self, stream: str) -> ImageStreamInfo:
+        names = self._names[stream]
+        present = [name for name in names if name in self._storage.files]
+        nbytes = sum(self._storage.files[name] for name in present)
+        folder = names[0].rpartition("/")[0] if names else stream
+        if not present:
+            return ImageStreamInfo(count=len(names), compression="png", source=folder)
+        try:
+            found = png.header(bytes(self._storage.read(present[0])[: png.HEADER_SIZE]))
+        except InputError:
+            # Reading the images will say so with its name; the header of a sequence stays readable.
+            return ImageStreamInfo(count=len(names), nbytes=nbytes, compression="png", source=folder)
+        units = TUM_DEPTH_UNITS_PER_METRE if stream == "depth" else None
+        encoding = "mono16" if units is None and found.encoding == "16UC1" else found.encoding
+        return ImageStreamInfo(
+            len(names), encoding, found.width, found.height, units, None, nbytes, "png", folder
+        )
+
+    def _other_files(self) -> Iterator[Loss]:
+        known = {name for names in self._names.values() for name in names} | set(self.files.values())
+        for name in sorted(self._storage.files.keys() - known):
+            yield Loss(name, "file not carried over", 1, "no list of the sequence names it")
+
+    def _warnings(self) -> Iterator[str]:
+        for stream, table in self.tables.items():
+            yield from _header_warnings(table, self._storage.place(self.files[stream]))
+
+    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
+        """Return the stamps of the list, in its order."""
+        table = self.tables.get(stream)
+        return table.stamps if table is not None and stream in self._names else np.empty(0, np.int64)
+
+    def images(
+        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[Frame]:
+        """Yield the images that the lists name.
+
+        Raises:
+            MissingInputError: An image is missing; before the first frame is yielded.
+            InputError: An image cannot be read; where its turn comes.
+
+        """
+        wanted = [stream for stream in self._names if streams is None or stream in streams]
+        frames = [self._stream_frames(stream, start, end) for stream in wanted]
+        if self._storage.sequential:
+            frames = [read_ahead(stream, _READ_AHEAD) for stream in frames]
+        return heapq.merge(*frames, key=frame_order)
+
+    def _stream_frames(self, stream: str, start: int | None, end: int | None) -> Iterator[Frame]:
+        stamps, names = self.tables[stream].stamps, self._names[stream]
+        chosen = np.ones(len(stamps), bool)
+        if start is not None:
+            chosen &= stamps >= start
+        if end is not None:
+            chosen &= stamps <= end
+        rows = np.flatnonzero(chosen)
+        rows = rows[np.argsort(stamps[rows], kind="stable")].tolist()
+        self._check_present(stream, rows)
+        for row in rows:
+            load = partial(self._load, stream, row)
+            if self._storage.sequential:
+                # Read here, in the order of the archive, not by whichever thread comes first.
+                load = partial(self._wrap, stream, row, self._storage.read(names[row]))
+            yield Frame(stream, int(stamps[row]), row, load)
+
+    def _check_present(self, stream: str, rows: list[int]) -> None:
+        names = self._names[stream]
+        missing = [row for row in rows if names[row] not in self._storage.files]
+        if not missing:
+            return
+        line = int(self.tables[stream].lines[missing[0]])
+        raise MissingInputError(
+            f"the image is missing; {self.files[stream]} line {line} names it, as {len(missing)} of its "
+            f"{len(names)} images are",
+            path=self._storage.place(names[missing[0]]),
+            hint="get the sequence again, or take the rows without a file out of the list",
+        )
+
+    def _load(self, stream: str, row: int) -> Image:
+        return self._wrap(stream, row, self._storage.read(self._names[stream][row]))
+
+    def _wrap(self, stream: str, row: int, data: bytes | memoryview) -> Image:
+        units = TUM_DEPTH_UNITS_PER_METRE if stream == "depth" else None
+        try:
+            image = image_of_png(data, units)
+        except InputError as error:
+            place = self._storage.place(self._names[stream][row])
+            raise InputError(error.message, path=place, location=error.location, hint=error.hint) from error
+        return image
+
+    def close(self) -> None:
+        """Close the archive."""
+        self._storage.close()
+
+
+def _trajectory(table: Table) -> Trajectory:
+    return Trajectory(table.stamps, table.values[:, :3], table.values[:, 3:])
+
+
+def _header_warnings(table: Table, place: str) -> Iterator[str]:
+    for problem in table.problems:
+        yield f"{place}, line {problem.line}: {problem.message}; it is kept and not read as a row"

@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Where the files of a sequence lie: a folder or an archive, read without unpacking."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from abc import ABC, abstractmethod
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING, Final
+
+from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.tum.members import check_name, check_size
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+LIST_FILES: Final = {
+    "rgb.txt": "rgb",
+    "depth.txt": "depth",
+    "ir.txt": "ir",
+    "groundtruth.txt": "groundtruth",
+    "accelerometer.txt": "accelerometer",
+    "imu.txt": "accelerometer",
+}
+"""The text files of a sequence and their streams; the paper calls the accelerometer's file imu.txt."""
+
+
+class Storage(ABC):
+    """The files of one sequence.
+
+    Attributes:
+        label: What to call it in messages.
+        name: Base name of the folder that holds the files.
+        files: Relative name, with `/` -> size in bytes.
+        sequential: Reading in another order than `read_many` gives is slow.
+
+    """
+
+    label: str
+    name: str
+    files: Mapping[str, int]
+    sequential: bool = False
+
+    @abstractmethod
+    def read(self, name: str) -> bytes | memoryview:
+        """Return a file; may be called from any thread.
+
+        Raises:
+            InputError: It is missing or damaged.
+
+        """
+
+    def read_many(self, names: Iterable[str]) -> Iterator[bytes | memoryview]:
+        """Yield files in the order asked for."""
+        return map(self.read, names)
+
+    def place(self, name: str) -> str:
+        """Tell where a file is, for messages."""
+        return f"{self.label}/{name}"
+
+    def close(self) -> None:  # noqa: B027 - a folder holds nothing open
+        """Release the archive."""
+
+
+class Folder(Storage):
+    """A folder on disk."""
+
+    def __init__(self, path: Path) -> None:
+        self.label = str(path)
+        self.name = path.resolve().name
+        self._path = path
+        self.files = dict(_walk(path, ""))
+
+    def read(self, name: str) -> bytes:
+        """Return a file."""
+        try:
+            check_size(self.files.get(name, 0), self.label, name)
+            return (self._path / name).read_bytes()
+        except FileNotFoundError as error:
+            raise MissingInputError("the file is missing", path=self.place(name)) from error
+        except OSError as error:
+            raise InputError(f"cannot read: {error.strerror}", path=self.place(name)) from error
+
+
+def _walk(path: Path, prefix: str) -> Iterator[tuple[str, int]]:
+    with os.scandir(path) as entries:
+        for entry in sorted(entries, key=lambda entry: entry.name):
+            if entry.is_dir():
+                if not prefix:
+                    yield from _walk(Path(entry.path), f"{entry.name}/")
+            else:
+                # A link to nowhere is listed, and fails with its name when it is read.
+                yield prefix + entry.name, entry.stat(follow_symlinks=True).st_size if entry.is_file() else 0
+
+
+class Zip(Storage):
+    """A .zip archive; members are found through its directory."""
+
+    def __init__(self, path: Path) -> None:
+        self.label = str(path)
+        try:
+            self._archive = zipfile.ZipFile(path)
+        except (zipfile.BadZipFile, OSError, ValueError) as error:
+            raise InputError(f"not a readable .zip archive: {error}", path=path) from error
+        self._lock = Lock()
+        sizes = {}
+        for member in self._archive.infolist():
+            name = check_name(member.filename, self.label)
+            check_size(member.file_size, self.label, member.filename)
+            if (member.external_attr >> 28) == 0o12:  # noqa: PLR2004 - S_IFLNK >> 12
+                raise InputError("the member is a link", path=path, location=f"member {member.filename}")
+            if not member.is_dir():
+                sizes[name] = (member.filename, member.file_size)
+        root = find_root(sizes, self.label)
+        self.name = root.rstrip("/") or path.stem
+        self._members = {name.removeprefix(root): stored for name, (stored, _) in sizes.items()}
+        self.files = {name.removeprefix(root): size for name, (_, size) in sizes.items()}
+
+    def read(self, name: str) -> bytes:
+        """Return a member, its CRC checked."""
+        if name not in self._members:
+            raise MissingInputError("the file is missing", path=self.label, location=f"member {name}")
+        try:
+            with self._lock, self._archive.open(self._members[name]) as member:
+                data = member.read(self.files[name] + 1)
+        except (
+            zipfile.BadZipFile,
+            OSError,
+            EOFError,
+            ValueError,
+            NotImplementedError,
+            RuntimeError,
+        ) as error:
+            raise InputError(f"damaged: {error}", path=self.label, location=f"member {name}") from error
+        except Exception as error:
+            # zlib.error and lzma.LZMAError have no common base.
+            raise InputError(f"damaged: {error}", path=self.label, location=f"member {name}") from error
+        if len(data) != self.files[name]:
+            raise InputError(
+                f"the member unpacks to {len(data)} bytes, the archive's directory says {self.files[name]}",
+                path=self.label,
+                location=f"member {name}",
+            )
+        return data
+
+    def place(self, name: str) -> str:
+        """Tell where a member is."""
+        return f"{self.label}, member {name}"
+
+    def close(self) -> None:
+        """Close the archive."""
+        self._archive.close()
+
+
+def find_root(names: Iterable[str], archive: str) -> str:
+    """Return the folder in an archive that holds the sequence, with `/` at the end, or an empty string.
+
+    Raises:
+        InputError: There is no sequence, or more than one.
+
+    """
+    roots = {}
+    for name in names:
+        folder, _, base = name.rpartition("/")
+        if base in LIST_FILES:
+            roots[f"{folder}/" if folder else ""] = name
+    if not roots:
+        wanted = ", ".join(LIST_FILES)
+        raise InputError(f"no sequence in this archive: none of {wanted}", path=archive)
+    shallowest = min(root.count("/") for root in roots)
+    best = sorted(root for root in roots if root.count("/") == shallowest)
+    if len(best) > 1:
+        raise InputError(
+            f"more than one sequence in this archive: {', '.join(best)}",
+            path=archive,
+            hint="unpack it and name one of the folders",
+        )
+    return best[0]

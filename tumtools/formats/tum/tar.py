@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+""".tar, .tar.gz (.tgz) and .tar.zst archives, read without unpacking them.
+
+One pass lists the members and keeps the text files. Images are then read at their offsets.
+"""
+
+from __future__ import annotations
+
+import mmap
+import tarfile
+from typing import TYPE_CHECKING, Final, Protocol
+
+from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC, SeekableStream
+from tumtools.formats.tum.members import check_tar_member
+from tumtools.formats.tum.storage import Storage, find_root
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+_BLOCK: Final = 512
+
+
+class _Bytes(Protocol):
+    """Forward scan and random access over the bytes of a tar file."""
+
+    @property
+    def scanned(self) -> int: ...
+    def scan(self, size: int) -> bytes: ...
+    def skip_scan(self, position: int) -> None: ...
+    def read_at(self, offset: int, size: int) -> bytes | memoryview: ...
+    def close(self) -> None: ...
+
+
+class _Plain:
+    """An uncompressed tar file."""
+
+    def __init__(self, path: Path) -> None:
+        with path.open("rb") as file:
+            self._data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        self.scanned = 0
+
+    def scan(self, size: int) -> bytes:
+        data = bytes(self._data[self.scanned : self.scanned + size])
+        self.scanned += len(data)
+        return data
+
+    def skip_scan(self, position: int) -> None:
+        self.scanned = min(position, len(self._data))
+
+    def read_at(self, offset: int, size: int) -> memoryview:
+        return self._data[offset : offset + size]
+
+    def close(self) -> None:
+        pass
+
+
+class _ScanFile:
+    """The first pass as the file object that `tarfile` reads headers from."""
+
+    def __init__(self, source: _Bytes) -> None:
+        self._source = source
+
+    def read(self, size: int) -> bytes:
+        return self._source.scan(size)
+
+    def tell(self) -> int:
+        return self._source.scanned
+
+    def seek(self, position: int) -> None:
+        if position < self._source.scanned:
+            raise InputError("the archive's headers point backward")
+        self._source.skip_scan(position)
+
+
+class Tar(Storage):
+    """A tar archive, compressed or not."""
+
+    def __init__(self, path: Path) -> None:
+        self.label = str(path)
+        with path.open("rb") as file:
+            magic = file.read(4)
+        compressed = magic[:2] == GZIP_MAGIC or magic == ZSTD_MAGIC
+        self._bytes: _Bytes = SeekableStream(path) if compressed else _Plain(path)
+        self.sequential = compressed
+        self._texts: dict[str, bytes] = {}
+        members = dict(self._list_members())
+        root = find_root(members, self.label)
+        self.name = root.rstrip("/").rpartition("/")[2] or path.name.split(".")[0]
+        self._places = {
+            name.removeprefix(root): place for name, place in members.items() if name.startswith(root)
+        }
+        self._texts = {name.removeprefix(root): text for name, text in self._texts.items()}
+        self.files = {name: size for name, (_, size) in self._places.items()}
+
+    def _list_members(self) -> Iterator[tuple[str, tuple[int, int]]]:
+        """Yield name, offset and size of each file; text files are kept on the way."""
+        last = "its beginning"
+        try:
+            archive = tarfile.TarFile(fileobj=_ScanFile(self._bytes))  # type: ignore[arg-type]  # it only reads
+            while (member := archive.next()) is not None:
+                archive.members.clear()  # type: ignore[attr-defined]  # they would all be kept in memory
+                name = check_tar_member(member, self.label)
+                last = f"member {member.name}"
+                if member.isfile():
+                    self._pass_over(member, name)
+                    yield name, (member.offset_data, member.size)
+        except tarfile.TarError as error:
+            message = f"not a readable tar archive: {error}"
+            raise InputError(message, path=self.label, location=f"after {last}") from error
+        except InputError as error:
+            if error.location and error.location.startswith("member"):
+                raise
+            place = f"{error.location or 'unknown offset'}, after {last}"
+            raise InputError(error.message, path=self.label, location=place, hint=error.hint) from error
+
+    def _pass_over(self, member: tarfile.TarInfo, name: str) -> None:
+        """Move the first pass to the end of a member, whose text is kept if it is one."""
+        # The last byte is left to tarfile, which reads it to see that it is there.
+        end = member.offset_data + -(-member.size // _BLOCK) * _BLOCK - 1
+        if name.endswith(".txt"):
+            self._bytes.skip_scan(member.offset_data)
+            self._texts[name] = self._bytes.scan(member.size)
+        self._bytes.skip_scan(end)
+        if self._bytes.scanned < end:
+            raise InputError(
+                f"the archive ends inside of this member, {end + 1 - self._bytes.scanned} bytes are missing",
+                path=self.label,
+                location=f"member {member.name}",
+                hint="the file was cut off; get it again",
+            )
+
+    def read(self, name: str) -> bytes | memoryview:
+        """Return a member."""
+        if name in self._texts:
+            return self._texts[name]
+        if name not in self._places:
+            raise MissingInputError("the file is missing", path=self.label, location=f"member {name}")
+        offset, size = self._places[name]
+        data = self._bytes.read_at(offset, size)
+        if len(data) != size:
+            raise InputError(
+                f"{len(data)} of {size} bytes are there", path=self.label, location=f"member {name}"
+            )
+        return data
+
+    def read_many(self, names: Iterable[str]) -> Iterator[bytes | memoryview]:
+        """Yield members in the order asked for."""
+        return map(self.read, names)
+
+    def place(self, name: str) -> str:
+        """Tell where a member is."""
+        return f"{self.label}, member {name}"
+
+    def close(self) -> None:
+        """Release the archive."""
+        self._bytes.close()

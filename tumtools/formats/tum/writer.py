@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Write a sequence in the benchmark's layout, as a folder or a .tgz archive."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import tarfile
+from abc import ABC, abstractmethod
+from contextlib import closing
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.formats.options import Needs
+from tumtools.formats.tum.text import fit_layout, render, render_rows
+from tumtools.images.codec import png_of
+from tumtools.images.parallel import ordered_map
+from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Frame, Loss, Sequence
+from tumtools.model.text import TextLayout, default_layout
+from tumtools.model.time import format_stamp
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from tumtools.formats.options import Progress, WriteOptions
+
+_ARCHIVE_SUFFIXES: Final = (".tgz", ".tar.gz")
+_PNG_SHARE: Final = {"32FC1": 0.11, "16UC1": 0.22, "mono16": 0.4}
+"""Typical size of a PNG file as a share of the raw pixels, by encoding; colour is about half."""
+
+
+def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Progress) -> tuple[Loss, ...]:
+    """Write text files and images.
+
+    Args:
+        sequence: Depth is in counts of 1/5000 m (see `convert`, which rescales).
+        target: A folder to make, or a file whose name ends with .tgz or .tar.gz.
+        options: None that matter here but `jobs`.
+        progress: Told of each image.
+
+    Returns:
+        What the layout has no place for.
+
+    """
+    layouts = _layouts(sequence)
+    texts = _texts(sequence, layouts)
+    sink: _Sink = (
+        _Archive(target, sequence.info.name) if target.name.endswith(_ARCHIVE_SUFFIXES) else _Folder(target)
+    )
+    names = {stream: _image_names(sequence, stream, layouts[stream]) for stream in sequence.info.images}
+
+    def encode(frame: Frame) -> tuple[Frame, bytes | memoryview]:
+        return frame, png_of(frame.load())
+
+    with closing(sink):
+        for name, text in texts.items():
+            sink.add(name, text)
+        for stream in sequence.info.images:
+            sink.add_folder(stream)
+        for frame, data in ordered_map(encode, sequence.images(), options.jobs):
+            sink.add(names[frame.stream][frame.row], data)
+            progress(1, len(data))
+    return _losses(sequence)
+
+
+def needs(options: WriteOptions) -> Needs:
+    """Depth is in counts of 1/5000 m; PNG files are kept."""
+    del options
+    return Needs(depth_units_per_metre=TUM_DEPTH_UNITS_PER_METRE)
+
+
+def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], int]:
+    """Return the losses, and the estimated size in bytes."""
+    del options
+    size = sum(map(len, _texts(sequence, _layouts(sequence)).values()))
+    for info in sequence.info.images.values():
+        if info.compression == "png":
+            size += info.nbytes
+        else:
+            size += int(info.nbytes * _PNG_SHARE.get(info.encoding or "", 0.5))
+    return _losses(sequence), size
+
+
+def _losses(sequence: Sequence) -> tuple[Loss, ...]:
+    return tuple(
+        Loss(stream, "calibration", 1, "the layout has no place for a calibration of the recording's own")
+        for stream in sequence.cameras
+    )
+
+
+def _layouts(sequence: Sequence) -> dict[str, TextLayout]:
+    """Return the layout of each text file to write, fitted so that it prints every value exactly."""
+    info = sequence.info
+    layouts = {}
+    for stream, stamps, values in _columns(sequence):
+        layout = info.text.get(stream) or default_layout(stream, info.name)
+        layouts[stream] = fit_layout(layout, stamps, values)
+        if stream in IMAGE_STREAMS:
+            layouts[stream] = _name_repeats_apart(sequence, stream, layouts[stream])
+    return layouts
+
+
+def _name_repeats_apart(sequence: Sequence, stream: str, layout: TextLayout) -> TextLayout:
+    """Give different images with the same stamp different file names; equal ones share their file."""
+    stamps = sequence.image_stamps(stream)
+    unique, counts = np.unique(stamps, return_counts=True)
+    overrides = dict(layout.overrides)
+    for stamp in unique[counts > 1].tolist():
+        known: dict[bytes, int] = {}
+        for frame in sequence.images([stream], stamp, stamp):
+            number = known.setdefault(bytes(png_of(frame.load())), len(known))
+            if number and frame.row not in overrides:
+                text = format_stamp(stamp, layout.stamp_decimals)
+                overrides[frame.row] = f"{text}{layout.separator}{stream}/{text}-{number}.png"
+    return replace(layout, overrides=overrides)
+
+
+def _columns(
+    sequence: Sequence,
+) -> list[tuple[str, npt.NDArray[np.int64], npt.NDArray[np.float64]]]:
+    columns: list[tuple[str, npt.NDArray[np.int64], npt.NDArray[np.float64]]] = []
+    for stream in IMAGE_STREAMS:
+        if stream in sequence.info.images:
+            stamps = sequence.image_stamps(stream)
+            columns.append((stream, stamps, np.empty((len(stamps), 0))))
+    if sequence.accelerometer is not None:
+        columns.append(("accelerometer", sequence.accelerometer.stamps, sequence.accelerometer.values))
+    if sequence.groundtruth is not None:
+        columns.append(("groundtruth", sequence.groundtruth.stamps, sequence.groundtruth.values))
+    return columns
+
+
+def _texts(sequence: Sequence, layouts: dict[str, TextLayout]) -> dict[str, bytes]:
+    return {
+        f"{stream}.txt": render(layouts[stream], stream, stamps, values)
+        for stream, stamps, values in _columns(sequence)
+    }
+
+
+def _image_names(sequence: Sequence, stream: str, layout: TextLayout) -> list[str]:
+    """Return the file name of each image, as the list names it."""
+    stamps = sequence.image_stamps(stream)
+    rows = render_rows(replace(layout, separator=" "), stream, stamps, np.empty((len(stamps), 0)))
+    names = [row.split(" ")[1] for row in rows]
+    for row, text in layout.overrides.items():
+        names[row] = text.rsplit("\n", 1)[-1].replace(",", " ").split()[1]
+    return names
+
+
+class _Sink(ABC):
+    """Where files go."""
+
+    @abstractmethod
+    def add(self, name: str, data: bytes | memoryview) -> None: ...
+
+    @abstractmethod
+    def add_folder(self, name: str) -> None: ...
+
+    @abstractmethod
+    def close(self) -> None: ...
+
+
+class _Folder(_Sink):
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        path.mkdir()
+        self._folders = {""}
+
+    def add(self, name: str, data: bytes | memoryview) -> None:
+        folder = name.rpartition("/")[0]
+        if folder not in self._folders:
+            self.add_folder(folder)
+        with (self._path / name).open("wb") as file:
+            file.write(data)
+
+    def add_folder(self, name: str) -> None:
+        if name not in self._folders:
+            (self._path / name).mkdir(parents=True, exist_ok=True)
+            self._folders.add(name)
+
+    def close(self) -> None:
+        pass
+
+
+class _Archive(_Sink):
+    """A .tgz with the same bytes on every day and machine: no times, no owners.
+
+    The images are compressed already, so the archive is packed at the lowest level.
+    """
+
+    def __init__(self, path: Path, name: str) -> None:
+        self._file = path.open("wb")
+        self._gzip = gzip.GzipFile("", "wb", compresslevel=1, fileobj=self._file, mtime=0)
+        self._tar = tarfile.TarFile(fileobj=self._gzip, mode="w", format=tarfile.PAX_FORMAT)
+        self._root = name
+        self._folders: set[str] = set()
+        self.add_folder("")
+
+    def add(self, name: str, data: bytes | memoryview) -> None:
+        folder = name.rpartition("/")[0]
+        if folder not in self._folders:
+            self.add_folder(folder)
+        member = tarfile.TarInfo(f"{self._root}/{name}")
+        member.size = len(data)
+        self._tar.addfile(member, io.BytesIO(data))
+        self._tar.members.clear()  # type: ignore[attr-defined]  # they would all be kept in memory
+
+    def add_folder(self, name: str) -> None:
+        if name in self._folders:
+            return
+        member = tarfile.TarInfo(f"{self._root}/{name}".rstrip("/"))
+        member.type, member.mode = tarfile.DIRTYPE, 0o755
+        self._tar.addfile(member)
+        self._folders.add(name)
+
+    def close(self) -> None:
+        self._tar.close()
+        self._gzip.close()
+        self._file.close()

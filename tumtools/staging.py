@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""A file that has its final name is complete: stage beside the target, flush, fsync, rename.
+
+The work is done in a hidden folder beside the target, which holds a locked file while its process lives.
+What a killed process left there is removed by the next one that writes the same target.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import shutil
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Final
+
+from tumtools.errors import OutputError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_LOCK: Final = "lock"
+_FSYNC_THREADS: Final = 8
+
+
+@contextmanager
+def staged(target: Path, *, force: bool = False) -> Iterator[Path]:
+    """Give a path to write to; when the block ends well, it is the target.
+
+    Args:
+        target: A file or a folder. The path given has the same base name and does not exist yet.
+        force: Replace what is there.
+
+    Raises:
+        UsageError: The target exists.
+        OutputError: It cannot be written.
+
+    """
+    refuse_existing(target, force=force)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _remove_stale(target)
+        folder = Path(tempfile.mkdtemp(prefix=_prefix(target), dir=target.parent))
+    except OSError as error:
+        raise output_error(error, target) from error
+    with (folder / _LOCK).open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            path = folder / target.name
+            yield path
+            _fsync_tree(path)
+            _move_into_place(path, target, force=force)
+        except OSError as error:
+            if isinstance(error, (OutputError, UsageError)) or hasattr(error, "exit_code"):
+                raise
+            raise output_error(error, target) from error
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def refuse_existing(target: Path, *, force: bool) -> None:
+    """Refuse a target that exists, unless it may be replaced.
+
+    Raises:
+        UsageError: It exists.
+
+    """
+    if os.path.lexists(target) and not force:
+        raise UsageError(
+            "the target exists", path=target, hint="name another one, or replace it with --force"
+        )
+
+
+def output_error(error: OSError, target: Path) -> OutputError:
+    """Say in words why a target cannot be written."""
+    hint = None
+    if error.errno in {errno.ENOSPC, errno.EDQUOT}:
+        hint = "free some space or name a target on another disk; nothing was left behind"
+    return OutputError(f"cannot write: {error.strerror or error}", path=target, hint=hint)
+
+
+def _prefix(target: Path) -> str:
+    return f".{target.name}.tumtools-"
+
+
+def _remove_stale(target: Path) -> None:
+    """Remove the staging folders of processes that were killed."""
+    for folder in target.parent.iterdir():
+        if folder.name.startswith(_prefix(target)) and folder.is_dir() and not _is_locked(folder / _LOCK):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _is_locked(path: Path) -> bool:
+    try:
+        with path.open("r+") as file:
+            return not _try_lock(file)
+    except FileNotFoundError:
+        return False
+
+
+def _try_lock(file: IO[str]) -> bool:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _fsync_tree(path: Path) -> None:
+    """Bring a file, or all of a folder, to the disk."""
+    if not path.is_dir():
+        _fsync(path)
+        return
+    folders: list[Path] = []
+    files: list[Path] = []
+    for name, _, names in os.walk(path):
+        folders.append(Path(name))
+        files.extend(Path(name, file) for file in names)
+    with ThreadPoolExecutor(_FSYNC_THREADS) as pool:
+        list(pool.map(_fsync, files))
+    for folder in reversed(folders):
+        _fsync(folder)
+
+
+def _fsync(path: str | Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _move_into_place(path: Path, target: Path, *, force: bool) -> None:
+    refuse_existing(target, force=force)
+    if os.path.lexists(target) and (path.is_dir() or target.is_dir()):
+        # A folder cannot be replaced in one step; the old one goes with the staging folder.
+        target.rename(path.parent / "old")
+    path.rename(target)
+    _fsync(target.parent)

@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Sequences made of sequences: a choice of streams and times, depth in other units.
+
+Whatever a target cannot hold is taken out or changed here, before the writer, so that the writer itself
+is lossless and can be checked to the last bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from threading import Lock
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tumtools.images.codec import image_of_pixels, pixels_of
+from tumtools.images.depth import EXACT, Rounding, rescale_counts, to_counts
+from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, Frame, Loss, Sequence
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    import numpy.typing as npt
+
+    from tumtools.model.image import Image
+    from tumtools.model.signals import Accelerometer, Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What to keep of a sequence.
+
+    Attributes:
+        streams: These only; None for all.
+        start: First stamp, inclusive; None for no limit.
+        end: Last stamp, inclusive; None for no limit.
+        every: Keep each n-th image of each image stream, the first included.
+
+    """
+
+    streams: tuple[str, ...] | None = None
+    start: int | None = None
+    end: int | None = None
+    every: int = 1
+
+    @property
+    def keeps_all(self) -> bool:
+        """Whether nothing is taken out."""
+        return self.streams is None and self.start is None and self.end is None and self.every == 1
+
+    def has(self, stream: str) -> bool:
+        """Whether a stream is kept."""
+        return self.streams is None or stream in self.streams
+
+    def rows(self, stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
+        """Return the rows within the time limits, in file order."""
+        keep = np.ones(len(stamps), bool)
+        if self.start is not None:
+            keep &= stamps >= self.start
+        if self.end is not None:
+            keep &= stamps <= self.end
+        return np.flatnonzero(keep)
+
+    def image_rows(self, stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
+        """Return the rows within the time limits, each n-th in order of stamps, in file order."""
+        rows = self.rows(stamps)
+        by_time = rows[np.argsort(stamps[rows], kind="stable")]
+        return np.sort(by_time[:: self.every])
+
+
+class Selected(Sequence):
+    """A choice of streams, times and frames of another sequence; what is taken out was asked for."""
+
+    def __init__(self, sequence: Sequence, selection: Selection) -> None:
+        self._inner = sequence
+        self._rows = {
+            stream: selection.image_rows(sequence.image_stamps(stream))
+            for stream in sequence.info.images
+            if selection.has(stream)
+        }
+        signals: dict[str, npt.NDArray[np.intp]] = {}
+        if sequence.groundtruth is not None and selection.has("groundtruth"):
+            signals["groundtruth"] = selection.rows(sequence.groundtruth.stamps)
+            self.groundtruth: Trajectory | None = sequence.groundtruth.take(signals["groundtruth"])
+        if sequence.accelerometer is not None and selection.has("accelerometer"):
+            signals["accelerometer"] = selection.rows(sequence.accelerometer.stamps)
+            self.accelerometer: Accelerometer | None = sequence.accelerometer.take(signals["accelerometer"])
+        rows = self._rows | signals
+        self.cameras = {name: info for name, info in sequence.cameras.items() if selection.has(name)}
+        self.info = replace(
+            sequence.info,
+            images={
+                stream: replace(
+                    info,
+                    count=len(self._rows[stream]),
+                    nbytes=info.nbytes * len(self._rows[stream]) // max(info.count, 1),
+                )
+                for stream, info in sequence.info.images.items()
+                if stream in self._rows
+            },
+            text={
+                stream: layout.select(rows[stream].tolist())
+                for stream, layout in sequence.info.text.items()
+                if stream in rows
+            },
+            digest=None,
+        )
+
+    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
+        """Return the stamps that are kept."""
+        if stream not in self._rows:
+            return np.empty(0, np.int64)
+        return self._inner.image_stamps(stream)[self._rows[stream]]
+
+    def images(
+        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[Frame]:
+        """Yield the images that are kept, their rows numbered anew."""
+        wanted = [stream for stream in self._rows if streams is None or stream in streams]
+        kept = {stream: {int(row): new for new, row in enumerate(self._rows[stream])} for stream in wanted}
+        stamps = [self.image_stamps(stream) for stream in wanted if len(self._rows[stream])]
+        if not stamps:
+            return
+        first = min(int(times.min()) for times in stamps)
+        last = max(int(times.max()) for times in stamps)
+        first = first if start is None else max(first, start)
+        last = last if end is None else min(last, end)
+        for frame in self._inner.images(wanted, first, last):
+            new = kept[frame.stream].get(frame.row)
+            if new is not None:
+                yield replace(frame, row=new)
+
+    def close(self) -> None:
+        """Close the inner sequence."""
+        self._inner.close()
+
+
+def select(sequence: Sequence, selection: Selection) -> Sequence:
+    """Return the chosen part of a sequence, itself if all is kept."""
+    return sequence if selection.keeps_all else Selected(sequence, selection)
+
+
+def without(sequence: Sequence, streams: Collection[str]) -> Sequence:
+    """Return the sequence without some of its streams."""
+    return Selected(sequence, Selection(streams=tuple(name for name in STREAMS if name not in streams)))
+
+
+class RescaledDepth(Sequence):
+    """A sequence whose depth is in counts of another unit. What the rounding changes is counted.
+
+    Args:
+        sequence: With depth in counts or in metres.
+        units_per_metre: Wanted.
+
+    """
+
+    def __init__(self, sequence: Sequence, units_per_metre: float) -> None:
+        self._inner = sequence
+        self._units = units_per_metre
+        self._lock = Lock()
+        self._roundings: dict[int, Rounding] = {}
+        self.groundtruth = sequence.groundtruth
+        self.accelerometer = sequence.accelerometer
+        self.cameras = sequence.cameras
+        images = dict(sequence.info.images)
+        images["depth"] = replace(
+            images["depth"], encoding="16UC1", depth_units_per_metre=units_per_metre, compression=None
+        )
+        self.info = replace(sequence.info, images=images)
+
+    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
+        """Return the stamps of the inner sequence."""
+        return self._inner.image_stamps(stream)
+
+    def images(
+        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[Frame]:
+        """Yield the images; depth is rescaled when it is loaded."""
+        for frame in self._inner.images(streams, start, end):
+            yield replace(frame, load=partial(self._load, frame)) if frame.stream == "depth" else frame
+
+    def _load(self, frame: Frame) -> Image:
+        image = frame.load()
+        if image.depth_units_per_metre == self._units and image.encoding == "16UC1":
+            return image
+        pixels = pixels_of(image)
+        if image.encoding == "32FC1":
+            counts, rounding = to_counts(pixels.astype(np.float32, copy=False), self._units)
+        else:
+            counts, rounding = rescale_counts(
+                pixels.astype(np.uint16, copy=False), image.depth_units_per_metre or 1.0, self._units
+            )
+        with self._lock:
+            self._roundings[frame.row] = rounding
+        return image_of_pixels(counts, "16UC1", self._units)
+
+    def losses(self) -> tuple[Loss, ...]:
+        """Return what has been changed in the frames loaded so far."""
+        total = sum(self._roundings.values(), EXACT)
+        losses = []
+        if total.inexact:
+            why = f"the target holds multiples of 1/{self._units:g} m"
+            losses.append(Loss("depth", "pixels rounded", total.inexact, why, total.largest_error, "m"))
+        if total.clipped:
+            why = f"the target holds 0 to {65535 / self._units:.3f} m"
+            losses.append(Loss("depth", "pixels out of range, now without a reading", total.clipped, why))
+        return tuple(losses)
+
+    def close(self) -> None:
+        """Close the inner sequence."""
+        self._inner.close()
+
+
+def rescale_depth(sequence: Sequence, units_per_metre: float) -> Sequence:
+    """Return the sequence with depth in counts of the unit, itself if it is so or has no depth."""
+    depth = sequence.info.images.get("depth")
+    if depth is None or depth.count == 0 or depth.depth_units_per_metre == units_per_metre:
+        return sequence
+    return RescaledDepth(sequence, units_per_metre)
+
+
+def first_stamp(sequence: Sequence) -> int | None:
+    """Return the earliest stamp of the image streams, or of the signals if there are no images."""
+    images = [sequence.image_stamps(stream) for stream in IMAGE_STREAMS]
+    signals = [
+        signal.stamps for signal in (sequence.groundtruth, sequence.accelerometer) if signal is not None
+    ]
+    for group in (images, signals):
+        stamps = [times.min() for times in group if len(times)]
+        if stamps:
+            return int(min(stamps))
+    return None

@@ -4,16 +4,30 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from functools import cache
 
 import numpy as np
 
 
-def greedy(first: list[int], second: list[int], limit: int) -> list[tuple[int, int]]:
-    """All differences, sorted, taken in turn: pairs of stamps in order of the first."""
-    candidates = sorted((abs(a - b), a, b) for a in set(first) for b in set(second) if abs(a - b) < limit)
+def greedy(first: list[int], second: list[int], limit: int, offset: int = 0) -> list[tuple[int, int]]:
+    """All differences, sorted, taken in turn: pairs of stamps in order of the first.
+
+    Equal differences stand in the order that the floats of the scripts have.
+    """
+
+    def rounded(a: int, b: int) -> float:
+        text_a, text_b, shift = (f"{Decimal(x).scaleb(-9):f}" for x in (a, b, offset))
+        return abs(float(text_a) - (float(text_b) + float(shift)))
+
+    candidates = sorted(
+        (abs(a - b - offset), rounded(a, b), a, b)
+        for a in set(first)
+        for b in set(second)
+        if abs(a - b - offset) < limit
+    )
     free_first, free_second, pairs = set(first), set(second), []
-    for _, a, b in candidates:
+    for _, _, a, b in candidates:
         if a in free_first and b in free_second:
             free_first.remove(a)
             free_second.remove(b)

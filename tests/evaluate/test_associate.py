@@ -36,6 +36,18 @@ def test_tum_takes_exactly_the_pairs_of_the_sorted_list_of_all_differences(
     assert pairs(first, second, limit, "tum") == greedy(first, second, limit)
 
 
+@given(
+    st.lists(st.integers(0, 200), max_size=20), st.lists(st.integers(0, 200), max_size=20), st.integers(-40, 40)
+)
+def test_ties_of_real_stamps_fall_as_the_floats_of_the_scripts_have_it(
+    first: list[int], second: list[int], offset: int
+) -> None:
+    """Stamps of today on a raster of half a millisecond: many differences are equal."""
+    one, two = ([1_305_031_453_374_100_000 + 500_000 * k for k in points] for points in (first, second))
+    offset *= 500_000
+    assert pairs(one, two, 20_000_000, "tum", offset) == greedy(one, two, 20_000_000, offset)
+
+
 def test_chains_of_ever_smaller_distances_are_taken_from_their_end() -> None:
     """Each step is shorter than the one before, so that one round finds one pair only."""
     points = list(itertools.accumulate(range(4000, 0, -1)))

@@ -143,8 +143,11 @@ def associate(
     times_first, times_second = first[rows_first], _shifted(second[rows_second], offset)
     # Beyond this span of time no pair can be: keeps what follows clear of int64's ends.
     max_difference = min(max_difference, 2**61)
-    pair = {"tum": greedy_pairs, "nearest": nearest_pairs, "optimal": optimal_pairs}[method]
-    one, two = pair(times_first, times_second, max_difference)
+    if method == "tum":
+        one, two = greedy_pairs(times_first, times_second, max_difference, offset)
+    else:
+        pairs_of = nearest_pairs if method == "nearest" else optimal_pairs
+        one, two = pairs_of(times_first, times_second, max_difference)
     order = np.argsort(times_first[one], kind="stable")
     one, two = one[order], two[order]
     return Association(

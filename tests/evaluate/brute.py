@@ -64,19 +64,25 @@ def matrices(quaternions: np.ndarray) -> np.ndarray:
     return np.array(out)
 
 
-def all_pairs(p: np.ndarray, rp: np.ndarray, q: np.ndarray, rq: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Equation 3's RMSE(D), translation (m) and rotation (rad), with 4x4 algebra spelled out."""
-    n = len(p)
-    trans, rot = [], []
-    for d in range(1, n):
+def translational(p: np.ndarray, rp: np.ndarray, q: np.ndarray, rq: np.ndarray) -> np.ndarray:
+    """RMSE(D) of equation 2, translation (m), D = 1 .. n-1; p, rp estimated, q, rq true."""
+    out = []
+    for d in range(1, len(p)):
         rel_p = np.einsum("nij,ni->nj", rp[:-d], p[d:] - p[:-d])
         rel_q = np.einsum("nij,ni->nj", rq[:-d], q[d:] - q[:-d])
+        out.append(np.sqrt(np.mean(np.sum((rel_p - rel_q) ** 2, axis=1))))
+    return np.array(out)
+
+
+def rotational(rp: np.ndarray, rq: np.ndarray) -> np.ndarray:
+    """RMSE(D) of equation 2, rotation (rad), D = 1 .. n-1."""
+    out = []
+    for d in range(1, len(rp)):
         rot_p = np.einsum("nji,njk->nik", rp[:-d], rp[d:])
         rot_q = np.einsum("nji,njk->nik", rq[:-d], rq[d:])
         error = np.einsum("nji,njk->nik", rot_q, rot_p)
         skew = error - np.swapaxes(error, 1, 2)
         sine = np.sqrt(skew[:, 2, 1] ** 2 + skew[:, 0, 2] ** 2 + skew[:, 1, 0] ** 2)
         angle = np.arctan2(sine, np.trace(error, axis1=1, axis2=2) - 1)
-        trans.append(np.sqrt(np.mean(np.sum((rel_p - rel_q) ** 2, axis=1))))
-        rot.append(np.sqrt(np.mean(angle**2)))
-    return np.array(trans), np.array(rot)
+        out.append(np.sqrt(np.mean(angle**2)))
+    return np.array(out)

@@ -41,7 +41,9 @@ def reference(real_data: Path) -> dict[str, Any]:
     return numbers
 
 
-def walk(n: int, seed: int = 0, step: float = 0.02, start: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Trajectory:
+def walk(
+    n: int, seed: int = 0, step: float = 0.02, start: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> Trajectory:
     """A random walk of a camera at 100 Hz: steps in metres, turns of about two degrees."""
     random = np.random.default_rng(seed)
     positions = np.cumsum(random.normal(0.0, step, (n, 3)), axis=0) + np.array(start)

@@ -22,7 +22,9 @@ stamps = st.lists(st.integers(0, 60), max_size=25)
 few_stamps = st.lists(st.integers(0, 25), max_size=7)
 
 
-def pairs(first: list[int], second: list[int], limit: int, method: str, offset: int = 0) -> list[tuple[int, int]]:
+def pairs(
+    first: list[int], second: list[int], limit: int, method: str, offset: int = 0
+) -> list[tuple[int, int]]:
     one, two = np.array(first, np.int64), np.array(second, np.int64)
     found = associate(one, two, max_difference=limit, offset=offset, method=method)
     assert (found.differences == one[found.first] - two[found.second] - offset).all()
@@ -37,7 +39,9 @@ def test_tum_takes_exactly_the_pairs_of_the_sorted_list_of_all_differences(
 
 
 @given(
-    st.lists(st.integers(0, 200), max_size=20), st.lists(st.integers(0, 200), max_size=20), st.integers(-40, 40)
+    st.lists(st.integers(0, 200), max_size=20),
+    st.lists(st.integers(0, 200), max_size=20),
+    st.integers(-40, 40),
 )
 def test_ties_of_real_stamps_fall_as_the_floats_of_the_scripts_have_it(
     first: list[int], second: list[int], offset: int
@@ -104,7 +108,12 @@ def test_of_rows_with_one_stamp_the_last_counts_and_order_does_not(method: str) 
 def test_empty_streams_have_no_pairs(method: str) -> None:
     none = np.empty(0, np.int64)
     found = associate(none, np.array([1]), method=method)
-    assert (len(found), found.unmatched_first, found.unmatched_second, found.largest_difference) == (0, 0, 1, 0)
+    assert (len(found), found.unmatched_first, found.unmatched_second, found.largest_difference) == (
+        0,
+        0,
+        1,
+        0,
+    )
     assert len(associate(none, none, method=method)) == 0
 
 

@@ -98,7 +98,14 @@ def test_the_table_of_all_sequences(
         (
             {},
             2223,
-            {"rmse": 0.008144, "mean": 0.007514, "median": 0.007432, "std": 0.003140, "min": 0.000332, "max": 0.024329},
+            {
+                "rmse": 0.008144,
+                "mean": 0.007514,
+                "median": 0.007432,
+                "std": 0.003140,
+                "min": 0.000332,
+                "max": 0.024329,
+            },
         ),
         ({"method": "nearest", "max_difference": 10_000_000}, 2174, {"rmse": 0.008119}),
         ({"method": "nearest", "max_difference": 20_000_000}, 2225, {"rmse": 0.008146}),

@@ -19,7 +19,8 @@ def normalised(quaternions: Array) -> Array:
 
 def conjugate(quaternions: Array) -> Array:
     """Return the inverse rotations of unit quaternions, shape [..., 4]."""
-    return quaternions * np.array([-1.0, -1.0, -1.0, 1.0])
+    result: Array = quaternions * np.array([-1.0, -1.0, -1.0, 1.0])
+    return result
 
 
 def multiply(left: Array, right: Array) -> Array:

@@ -42,6 +42,35 @@ RANDOM_PAIRS: Final = 10_000
 """Number of random pairs by default, as in the scripts."""
 
 
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """A choice of pairs, the same on every machine (`tumtools.evaluate.sampling`).
+
+    Attributes:
+        max_pairs: Use at most so many, at least 2.
+        seed: For the choice, 0 .. 2**64 - 1.
+        random: Instead of pairs at a fixed distance, choose among all n^2 ordered pairs (i, j), i = j
+            included, with replacement; all of them if there are not more than `max_pairs`. This is
+            what the scripts do without `--fixed_delta`, with their own random numbers.
+
+    Raises:
+        UsageError: A number is out of range.
+
+    """
+
+    max_pairs: int = RANDOM_PAIRS
+    seed: int = 0
+    random: bool = False
+
+    def __post_init__(self) -> None:
+        if self.max_pairs < 2:  # noqa: PLR2004 - fewer have no statistics
+            msg = f"at least two pairs are needed, not {self.max_pairs}"
+            raise UsageError(msg)
+        if not 0 <= self.seed < 2**64:
+            msg = f"a seed must be in 0 .. 2**64 - 1, not {self.seed}"
+            raise UsageError(msg)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RpeResult:
     """Relative pose error of m pairs of poses, in order of the pairs' first pose (random: as drawn).
@@ -87,9 +116,7 @@ def evaluate_rpe(
     *,
     delta: float = 1.0,
     unit: Unit = "s",
-    random: bool = False,
-    max_pairs: int = 0,
-    seed: int = 0,
+    sampling: Sampling | None = None,
     offset: int = 0,
     scale: float = 1.0,
     max_hole: int | None = None,
@@ -103,11 +130,7 @@ def evaluate_rpe(
             nearest to this distance is its partner; pairs that end with the last pose are left out,
             as in the scripts, because there the distance is too short.
         unit: One of `UNITS`.
-        random: Compare random pairs (i, j) instead, of every distance and both directions; all of
-            them if there are not more than `max_pairs`.
-        max_pairs: Use at most so many pairs, chosen by `tumtools.evaluate.sampling`; 0 for all
-            (random pairs: `RANDOM_PAIRS`).
-        seed: For the choice.
+        sampling: Which of the pairs to use; None for all.
         offset: Added to the estimate's stamps, ns.
         scale: Multiplies the estimate's positions.
         max_hole: Interpolate the ground truth at the estimate's stamps, but not across holes longer
@@ -119,7 +142,7 @@ def evaluate_rpe(
         UsageError: An argument makes no sense.
 
     """
-    _check(delta, unit, max_pairs, seed)
+    _check(delta, unit)
     true = clean(groundtruth, "ground truth", rotations=True)
     judged = clean(estimate, "estimate", rotations=True)
     poses = judged.trajectory
@@ -127,21 +150,24 @@ def evaluate_rpe(
     if np.count_nonzero(near) < 2:  # noqa: PLR2004 - a pair needs two
         how = f"within {limit / 1e9:g} s" if max_hole is None else "to interpolate between"
         raise no_pairs_error(int(near.sum()), true.trajectory.stamps, poses.stamps + offset, how)
-    if random:
-        first, second = _random_pairs(len(poses), max_pairs or RANDOM_PAIRS, seed)
+    if sampling is not None and sampling.random:
+        first, second = _random_pairs(len(poses), sampling)
     else:
         first, second = fixed_pairs(poses, delta, unit)
-        chosen = sample(len(first), max_pairs or len(first), seed)
-        first, second = first[chosen], second[chosen]
+        if sampling is not None:
+            chosen = sample(len(first), sampling.max_pairs, sampling.seed)
+            first, second = first[chosen], second[chosen]
     known = near[first] & near[second]
     candidates = len(first)
     first, second = first[known], second[known]
     if len(first) < 2:  # noqa: PLR2004 - as the scripts
         raise _too_few(len(first), candidates, delta, unit, poses)
     place = partner if max_hole is None else np.cumsum(near) - 1
-    reference = true.trajectory if max_hole is None else interpolate(
-        true.trajectory, poses.stamps + offset, max_hole
-    )[0]
+    reference = (
+        true.trajectory
+        if max_hole is None
+        else interpolate(true.trajectory, poses.stamps + offset, max_hole)[0]
+    )
     trans, rot = relative_errors(
         scaled(poses, scale), reference, (first, second), (place[first], place[second])
     )
@@ -151,7 +177,9 @@ def evaluate_rpe(
         translational_errors=trans,
         rotational_errors=rot,
         estimate_stamps=np.stack([poses.stamps[first], poses.stamps[second]], axis=1),
-        groundtruth_stamps=np.stack([reference.stamps[place[first]], reference.stamps[place[second]]], axis=1),
+        groundtruth_stamps=np.stack(
+            [reference.stamps[place[first]], reference.stamps[place[second]]], axis=1
+        ),
         candidates=candidates,
         groundtruth_count=len(true.trajectory),
         estimate_count=len(poses),
@@ -161,15 +189,13 @@ def evaluate_rpe(
     )
 
 
-def _check(delta: float, unit: str, max_pairs: int, seed: int) -> None:
+def _check(delta: float, unit: str) -> None:
     if unit not in UNITS:
         msg = f"unknown unit {unit!r}; there are {', '.join(UNITS)}"
         raise UsageError(msg)
     if not np.isfinite(delta):
         msg = f"the distance of a pair must be finite, not {delta!r}"
         raise UsageError(msg)
-    if max_pairs < 0 or not 0 <= seed < 2**64:
-        raise UsageError("the number of pairs and the seed must not be negative")
 
 
 def _partners(
@@ -194,14 +220,12 @@ def _too_few(found: int, candidates: int, delta: float, unit: str, estimate: Tra
     )
 
 
-def _random_pairs(
-    n: int, count: int, seed: int
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def _random_pairs(n: int, sampling: Sampling) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return random pairs, or all n^2 if these are not more."""
-    if n * n <= count:
+    if n * n <= sampling.max_pairs:
         first, second = np.divmod(np.arange(n * n), n)
         return first, second
-    first, second = random_pairs(n, count, seed)
+    first, second = random_pairs(n, sampling.max_pairs, sampling.seed)
     return first, second
 
 

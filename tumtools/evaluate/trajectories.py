@@ -111,10 +111,8 @@ def matched_note(matched: int, possible: int) -> tuple[str, ...]:
     if not possible or matched >= LOUD_BELOW * possible:
         return ()
     share = 100.0 * matched / possible
-    return (
-        f"only {matched} of {possible} poses ({share:.1f} %) have a partner: "
-        "the numbers say nothing about the others",
-    )
+    text = f"only {matched} of {possible} poses ({share:.1f} %) have a partner"
+    return (f"{text}: the numbers say nothing about the others",)
 
 
 def scaled(trajectory: Trajectory, scale: float) -> Trajectory:

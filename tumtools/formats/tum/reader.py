@@ -35,7 +35,7 @@ from tumtools.model.sequence import (
 from tumtools.model.signals import Accelerometer, Trajectory
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
@@ -55,19 +55,42 @@ def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb
 
     """
     del options  # this layout has no topics, and nothing in it is salvaged by guessing
+    return _open(path, tolerant=False)
+
+
+def open_tolerant(path: Path) -> TumSequence | TrajectoryFile:
+    """Open like `open`, but collect what is wrong instead of failing at the first problem.
+
+    Lines that are no rows are in the `problems` of their table, text files that are no text are in
+    `damaged`, images that are not there are in `missing` and are passed over by `images`.
+
+    Raises:
+        InputError: It is no sequence at all, or a damaged archive.
+
+    """
+    return _open(path, tolerant=True)
+
+
+def _open(path: Path, *, tolerant: bool) -> TumSequence | TrajectoryFile:
     if path.is_dir():
-        return TumSequence(Folder(path))
+        return TumSequence(Folder(path), tolerant=tolerant)
     if path.suffix in {".txt", ".csv", ".tum"}:
-        return TrajectoryFile(path)
-    return TumSequence(Zip(path) if zipfile.is_zipfile(path) else Tar(path))
+        return TrajectoryFile(path, tolerant=tolerant)
+    return TumSequence(Zip(path) if zipfile.is_zipfile(path) else Tar(path), tolerant=tolerant)
 
 
 class TrajectoryFile(Sequence):
-    """A trajectory text file on its own: a sequence with nothing but poses."""
+    """A trajectory text file on its own: a sequence with nothing but poses.
 
-    def __init__(self, path: Path) -> None:
+    Attributes:
+        table: The parsed text.
+
+    """
+
+    def __init__(self, path: Path, *, tolerant: bool = False) -> None:
         check_size(path.stat().st_size, str(path), path.name)
-        table = parse(path.read_bytes(), "groundtruth", str(path))
+        table = parse(path.read_bytes(), "groundtruth", str(path), tolerant=tolerant)
+        self.table = table
         self.groundtruth = _trajectory(table)
         self.info = SequenceInfo(
             name=path.stem,
@@ -96,11 +119,14 @@ class TumSequence(Sequence):
     Attributes:
         tables: The parsed text file of each stream.
         files: The text file of each stream, relative to the folder.
+        names: The file name of each row of the image lists, by stream.
         missing: Images that a list names and that are not there, in list order.
+        damaged: Why a text file could not be read at all, by stream; only when opened tolerantly.
 
     """
 
-    def __init__(self, storage: Storage) -> None:
+    def __init__(self, storage: Storage, *, tolerant: bool = False) -> None:
+        self._tolerant = tolerant
         self._storage = storage
         self.files = {stream: name for name, stream in reversed(LIST_FILES.items()) if name in storage.files}
         if not self.files:
@@ -109,16 +135,14 @@ class TumSequence(Sequence):
                 path=storage.label,
                 hint="name the folder that holds rgb.txt and depth.txt",
             )
-        self.tables = {
-            stream: parse(bytes(storage.read(name)), stream, storage.place(name))
-            for stream, name in self.files.items()
-        }
-        self._names = {
-            stream: tuple(check_name(name, storage.place(self.files[stream])) for name in table.names)
+        self.damaged: dict[str, InputError] = {}
+        self.tables = {stream: self._parse(stream, name) for stream, name in self.files.items()}
+        self.names = {
+            stream: tuple(self._check_name(stream, name) for name in table.names)
             for stream, table in self.tables.items()
             if stream in IMAGE_STREAMS
         }
-        self.missing = [name for names in self._names.values() for name in names if name not in storage.files]
+        self.missing = [name for names in self.names.values() for name in names if name not in storage.files]
         if "groundtruth" in self.tables:
             self.groundtruth = _trajectory(self.tables["groundtruth"])
         if "accelerometer" in self.tables:
@@ -126,11 +150,34 @@ class TumSequence(Sequence):
             self.accelerometer = Accelerometer(table.stamps, table.values)
         self.info = self._make_info()
 
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Size in bytes of each file that is there, by its name relative to the folder."""
+        return self._storage.files
+
+    def _parse(self, stream: str, name: str) -> Table:
+        data = bytes(self._storage.read(name))
+        try:
+            return parse(data, stream, self._storage.place(name), tolerant=self._tolerant)
+        except InputError as error:
+            if not self._tolerant:
+                raise
+            self.damaged[stream] = error
+            return parse(b"", stream, self._storage.place(name))
+
+    def _check_name(self, stream: str, name: str) -> str:
+        try:
+            return check_name(name, self._storage.place(self.files[stream]))
+        except InputError:
+            if not self._tolerant:
+                raise
+            return name  # no file has this name, so it counts as missing
+
     def _make_info(self) -> SequenceInfo:
         storage = self._storage
         name = self._name_in_header() or storage.name
         official = name.startswith(_OFFICIAL_PREFIX)
-        streams = [stream for stream in IMAGE_STREAMS if stream in self._names]
+        streams = [stream for stream in IMAGE_STREAMS if stream in self.names]
         return SequenceInfo(
             name=name,
             format="tum",
@@ -152,7 +199,7 @@ class TumSequence(Sequence):
         return None
 
     def _image_info(self, stream: str) -> ImageStreamInfo:
-        names = self._names[stream]
+        names = self.names[stream]
         present = [name for name in names if name in self._storage.files]
         nbytes = sum(self._storage.files[name] for name in present)
         folder = names[0].rpartition("/")[0] if names else stream
@@ -170,7 +217,7 @@ class TumSequence(Sequence):
         )
 
     def _other_files(self) -> Iterator[Loss]:
-        known = {name for names in self._names.values() for name in names} | set(self.files.values())
+        known = {name for names in self.names.values() for name in names} | set(self.files.values())
         for name in sorted(self._storage.files.keys() - known):
             yield Loss(name, "file not carried over", 1, "no list of the sequence names it")
 
@@ -181,7 +228,7 @@ class TumSequence(Sequence):
     def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
         """Return the stamps of the list, in its order."""
         table = self.tables.get(stream)
-        return table.stamps if table is not None and stream in self._names else np.empty(0, np.int64)
+        return table.stamps if table is not None and stream in self.names else np.empty(0, np.int64)
 
     def images(
         self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
@@ -193,21 +240,22 @@ class TumSequence(Sequence):
             InputError: An image cannot be read; where its turn comes.
 
         """
-        wanted = [stream for stream in self._names if streams is None or stream in streams]
+        wanted = [stream for stream in self.names if streams is None or stream in streams]
         frames = [self._stream_frames(stream, start, end) for stream in wanted]
         if self._storage.sequential:
             frames = [read_ahead(stream, _READ_AHEAD) for stream in frames]
         return heapq.merge(*frames, key=frame_order)
 
     def _stream_frames(self, stream: str, start: int | None, end: int | None) -> Iterator[Frame]:
-        stamps, names = self.tables[stream].stamps, self._names[stream]
+        stamps, names = self.tables[stream].stamps, self.names[stream]
         chosen = np.ones(len(stamps), bool)
         if start is not None:
             chosen &= stamps >= start
         if end is not None:
             chosen &= stamps <= end
-        rows = np.flatnonzero(chosen)
-        rows = rows[np.argsort(stamps[rows], kind="stable")].tolist()
+        ordered = np.flatnonzero(chosen)
+        ordered = ordered[np.argsort(stamps[ordered], kind="stable")]
+        rows = [row for row in ordered.tolist() if not self._tolerant or names[row] in self._storage.files]
         self._check_present(stream, rows)
         for row in rows:
             load = partial(self._load, stream, row)
@@ -217,7 +265,7 @@ class TumSequence(Sequence):
             yield Frame(stream, int(stamps[row]), row, load)
 
     def _check_present(self, stream: str, rows: list[int]) -> None:
-        names = self._names[stream]
+        names = self.names[stream]
         missing = [row for row in rows if names[row] not in self._storage.files]
         if not missing:
             return
@@ -229,15 +277,24 @@ class TumSequence(Sequence):
             hint="get the sequence again, or take the rows without a file out of the list",
         )
 
+    def png_header(self, stream: str, row: int) -> png.PngHeader:
+        """Read nothing of an image but its header.
+
+        Raises:
+            InputError: It is missing, or no PNG file.
+
+        """
+        return png.header(self._storage.read_head(self.names[stream][row], png.HEADER_SIZE))
+
     def _load(self, stream: str, row: int) -> Image:
-        return self._wrap(stream, row, self._storage.read(self._names[stream][row]))
+        return self._wrap(stream, row, self._storage.read(self.names[stream][row]))
 
     def _wrap(self, stream: str, row: int, data: bytes | memoryview) -> Image:
         units = TUM_DEPTH_UNITS_PER_METRE if stream == "depth" else None
         try:
             image = image_of_png(data, units)
         except InputError as error:
-            place = self._storage.place(self._names[stream][row])
+            place = self._storage.place(self.names[stream][row])
             raise InputError(error.message, path=place, location=error.location, hint=error.hint) from error
         return image
 

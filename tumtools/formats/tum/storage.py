@@ -53,6 +53,15 @@ class Storage(ABC):
 
         """
 
+    def read_head(self, name: str, size: int) -> bytes | memoryview:
+        """Return the first bytes of a file.
+
+        Raises:
+            InputError: It is missing or damaged.
+
+        """
+        return self.read(name)[:size]
+
     def read_many(self, names: Iterable[str]) -> Iterator[bytes | memoryview]:
         """Yield files in the order asked for."""
         return map(self.read, names)
@@ -76,9 +85,14 @@ class Folder(Storage):
 
     def read(self, name: str) -> bytes:
         """Return a file."""
+        return self.read_head(name, -1)
+
+    def read_head(self, name: str, size: int) -> bytes:
+        """Return the first bytes of a file, all of it for -1."""
         try:
             check_size(self.files.get(name, 0), self.label, name)
-            return (self._path / name).read_bytes()
+            with (self._path / name).open("rb") as file:
+                return file.read(size)
         except FileNotFoundError as error:
             raise MissingInputError("the file is missing", path=self.place(name)) from error
         except OSError as error:

@@ -48,12 +48,14 @@ class Problem:
         line: Line number, 1 = first.
         message: What is wrong with it and what was expected.
         is_header: It is a header line that lost its `#`; harmless, and kept.
+        text: The line.
 
     """
 
     line: int
     message: str
     is_header: bool = False
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -242,8 +244,8 @@ def _problem(number: int, text: str, stream: str, reason: str, before_rows: bool
     expected = COLUMNS.get(stream, COLUMNS["list"])
     shown = text if len(text) <= 60 else text[:57] + "..."  # noqa: PLR2004
     if before_rows and text[0].isalpha() and text.lower().startswith(("time", "stamp")):
-        return Problem(number, f"a header line without '#': {shown!r}", is_header=True)
-    return Problem(number, f"{reason}: {shown!r}; expected '{expected}'")
+        return Problem(number, f"a header line without '#': {shown!r}", is_header=True, text=text)
+    return Problem(number, f"{reason}: {shown!r}; expected '{expected}'", text=text)
 
 
 def _overrides(

@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The catalogue of sequences: names, files, sizes, checksums, statistics and errata."""
+
+from __future__ import annotations
+
+from tumtools.catalogue.catalogue import (
+    Catalogue,
+    UnknownNameError,
+    load_catalogue,
+    packaged_catalogue,
+)
+from tumtools.catalogue.entry import Entry, GroundTruthFacts, InnerFile, RemoteFile
+
+__all__ = [
+    "Catalogue",
+    "Entry",
+    "GroundTruthFacts",
+    "InnerFile",
+    "RemoteFile",
+    "UnknownNameError",
+    "load_catalogue",
+    "packaged_catalogue",
+]

@@ -52,7 +52,7 @@ def staged(target: Path, *, force: bool = False) -> Iterator[Path]:
             fcntl.flock(lock, fcntl.LOCK_EX)
             path = folder / target.name
             yield path
-            _fsync_tree(path)
+            fsync_tree(path)
             _move_into_place(path, target, force=force)
         except OSError as error:
             if isinstance(error, (OutputError, UsageError)) or hasattr(error, "exit_code"):
@@ -110,10 +110,10 @@ def _try_lock(file: IO[str]) -> bool:
     return True
 
 
-def _fsync_tree(path: Path) -> None:
+def fsync_tree(path: Path) -> None:
     """Bring a file, or all of a folder, to the disk."""
     if not path.is_dir():
-        _fsync(path)
+        fsync(path)
         return
     folders: list[Path] = []
     files: list[Path] = []
@@ -121,12 +121,13 @@ def _fsync_tree(path: Path) -> None:
         folders.append(Path(name))
         files.extend(Path(name, file) for file in names)
     with ThreadPoolExecutor(_FSYNC_THREADS) as pool:
-        list(pool.map(_fsync, files))
+        list(pool.map(fsync, files))
     for folder in reversed(folders):
-        _fsync(folder)
+        fsync(folder)
 
 
-def _fsync(path: str | Path) -> None:
+def fsync(path: str | Path) -> None:
+    """Bring a file, or the names in a folder, to the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -140,4 +141,4 @@ def _move_into_place(path: Path, target: Path, *, force: bool) -> None:
         # A folder cannot be replaced in one step; the old one goes with the staging folder.
         target.rename(path.parent / "old")
     path.rename(target)
-    _fsync(target.parent)
+    fsync(target.parent)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import threading
 import time
@@ -15,7 +14,6 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.catalogue.entry import ARCHIVES, RECORDINGS, Entry, RemoteFile
 from tumtools.errors import FetchError, InputError, IntegrityError, OutputError, UsageError
-from tumtools.fetch.atomic import sync_folder
 from tumtools.fetch.cache import Cache, Record, Stored, remove_path
 from tumtools.fetch.contents import differences
 from tumtools.fetch.download import Listener
@@ -27,6 +25,7 @@ from tumtools.fetch.transfer import Arrived, Transfer, follow_complete
 from tumtools.fetch.transport import MirrorError, display_url
 from tumtools.fetch.unpack import Unpacked, content_root, unpack_tar, unpack_zip
 from tumtools.fetch.verify import Known, check_content
+from tumtools.staging import fsync, fsync_tree
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -252,7 +251,7 @@ class _Job:
         record = replace(record, entry=entry, files={**record.files, self._kind: stored})
         try:
             if self._unpack:
-                os.sync()  # one for thousands of files
+                fsync_tree(root)
                 # The record comes before the folder: whatever the moment, a folder of ours is known as ours.
                 self._cache.write_checksums(name, files)
                 self._cache.write_record(replace(record, unpacked_from=self._kind))
@@ -263,7 +262,7 @@ class _Job:
                 part.commit(self._target)
             elif part is not None:
                 part.discard()
-            sync_folder(self._cache.root)
+            fsync(self._cache.root)
         except OSError as error:
             if isinstance(error, OutputError):
                 raise

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 from tumtools.catalogue.table import build
 from tumtools.errors import InputError
 from tumtools.fetch.atomic import write_text
+from tumtools.staging import fsync
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -93,8 +93,7 @@ class Part:
 
     def commit(self, target: Path) -> None:
         """Give the complete file its final name."""
-        with self.path.open("rb+") as file:
-            os.fsync(file.fileno())
+        fsync(self.path)
         self.path.replace(target)
         self._state.unlink(missing_ok=True)
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,13 +16,19 @@ if TYPE_CHECKING:
 
 
 def locate(source: str | Path) -> Path:
-    """Return the path of a source.
+    """Return the path of a source: a file or folder of this name, or else what the cache has.
 
     Raises:
-        MissingInputError: There is nothing of that name.
+        MissingInputError: There is nothing of that name; the hint says how to get it.
 
     """
-    return Path(source)
+    path = Path(source)
+    if isinstance(source, Path) or os.path.lexists(path):
+        return path
+    # Only now: a path needs no catalogue.
+    from tumtools.fetch.locate import locate_name  # noqa: PLC0415
+
+    return locate_name(source)
 
 
 def open_source(source: str | Path, options: ReadOptions | None = None) -> Sequence:

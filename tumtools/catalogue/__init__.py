@@ -11,6 +11,7 @@ from tumtools.catalogue.catalogue import (
     packaged_catalogue,
 )
 from tumtools.catalogue.entry import Entry, GroundTruthFacts, InnerFile, RemoteFile
+from tumtools.catalogue.errata import errata
 
 __all__ = [
     "Catalogue",
@@ -19,6 +20,7 @@ __all__ = [
     "InnerFile",
     "RemoteFile",
     "UnknownNameError",
+    "errata",
     "load_catalogue",
     "packaged_catalogue",
 ]

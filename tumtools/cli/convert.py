@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,6 +90,8 @@ def command(
     from tumtools.sources import locate, open_source
 
     path = Path(target) if target else default_target(locate(source), to)
+    if not target and not os.path.lexists(source):
+        path = Path(path.name)  # the sequence of a name lies in the cache, where nobody looks for results
     write_options = _write_options(format_options)
     with open_source(source, options.make_read_options(topics, salvage)) as sequence:
         for text in sequence.info.warnings:

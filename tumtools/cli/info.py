@@ -22,9 +22,17 @@ if TYPE_CHECKING:
 @options.read_options
 @options.json_option
 def command(source: str, topics: tuple[str, ...], salvage: bool, as_json: bool) -> None:
-    """Show what SOURCE holds: streams, counts, times, rates, camera, and what would not be carried over."""
+    """Show what SOURCE holds: streams, counts, times, rates, camera, and what would not be carried over.
+
+    Of a sequence that has not been fetched, show what the catalogue knows.
+    """
+    from tumtools.cli.entry import entry_to_show, show_entry
     from tumtools.sources import open_source
 
+    entry = entry_to_show(source)
+    if entry is not None:
+        show_entry(entry, as_json=as_json)
+        return
     with open_source(source, options.make_read_options(topics, salvage)) as sequence:
         document = describe(source, sequence)
     if as_json:

@@ -17,11 +17,14 @@ from tumtools.cli import output
 from tumtools.errors import InternalError, TumtoolsError, UsageError
 
 COMMANDS: Final[dict[str, str]] = {
+    "list": "List the sequences of the catalogue.",
+    "fetch": "Download sequences, verify and unpack them.",
     "convert": "Convert a sequence to another format.",
     "info": "Show what a sequence holds.",
     "digest": "Print a content digest that does not depend on the format.",
     "diff": "Compare the contents of two sequences.",
     "synth": "Make a synthetic sequence.",
+    "cache": "Look after what has been fetched.",
     "formats": "List the formats and their options.",
     "completion": "Print a completion script for a shell.",
 }

@@ -35,6 +35,17 @@ def json_option(command: Command) -> Command:
     return click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
 
 
+def catalogue_option(command: Command) -> Command:
+    """Take --catalogue."""
+    return click.option(
+        "--catalogue",
+        "catalogue_file",
+        type=click.Path(dir_okay=False),
+        metavar="FILE",
+        help="A catalogue of your own, JSON or TOML, with further sequences.",
+    )(command)
+
+
 def jobs_option(command: Command) -> Command:
     """Take --jobs."""
     return click.option(

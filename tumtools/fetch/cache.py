@@ -246,6 +246,20 @@ class Cache:
                 freed += remove_path(path)
         return freed
 
+    def tidy(self, name: str) -> int:
+        """Remove the leftovers of a sequence; return the bytes set free.
+
+        Raises:
+            BusyError: It is being fetched.
+
+        """
+        with self.lock(name, wait=False):
+            return sum(remove_path(path) for path in self.leftovers().get(name, ()))
+
+    def size(self, path: Path) -> int:
+        """Return the bytes that a file or folder takes."""
+        return _size(path)
+
     def _paths(self, name: str) -> list[Path]:
         files = [self.file(name, kind) for kind in SUFFIXES]
         parts = [Path(f"{file}{end}") for file in files for end in (".part", ".part.json")]

@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""gzip, Zstandard or nothing around a rawlog and each of its external files, told by their first bytes."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Final, Literal, Protocol
+
+import zstandard
+from isal import isal_zlib
+
+from tumtools.errors import InputError, MissingInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+Container = Literal["gzip", "zstd", "none"]
+CONTAINERS: Final[tuple[Container, ...]] = ("gzip", "zstd", "none")
+
+_GZIP_MAGIC: Final = b"\x1f\x8b"
+_ZSTD_MAGIC: Final = b"\x28\xb5\x2f\xfd"
+_CHUNK: Final = 256 * 1024
+_GZIP: Final = 31
+"""zlib's window bits for the largest window inside a gzip member."""
+_LARGEST_RATIO: Final = {"none": 1, "gzip": 1032, "zstd": 2**16}
+"""Inflated bytes that a compressed byte can at most stand for (deflate: 258 bytes in 2 bits;
+Zstandard: a block of 128 KiB in 4 bytes)."""
+_ZSTD_WINDOW: Final = 64 * 2**20
+
+
+def sniff(head: bytes | memoryview) -> Container:
+    """Tell the compression from the first four bytes."""
+    start = bytes(head[:4])
+    if start[:2] == _GZIP_MAGIC:
+        return "gzip"
+    return "zstd" if start == _ZSTD_MAGIC else "none"
+
+
+class Pieces:
+    """The inflated bytes of a file, in pieces of bounded size.
+
+    gzip may consist of several members; what follows the last one and is no member is ignored, as gzip does.
+
+    Attributes:
+        container: The compression that was found.
+        size: Bytes of the file as it is stored.
+
+    Raises:
+        MissingInputError: There is no such file.
+        InputError: The file cannot be opened, or its compression is damaged.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._file = open_file(path)
+        self.size = os.fstat(self._file.fileno()).st_size
+        self.container: Container = sniff(self._file.read(4))
+        self._file.seek(0)
+        reader = {"gzip": self._gzip, "zstd": self._zstd, "none": self._plain}[self.container]
+        self._iterator: Iterator[bytes] = reader()
+
+    def next(self) -> bytes:
+        """Return the next piece; empty at the end."""
+        try:
+            return next(self._iterator, b"")
+        except (zlib.error, isal_zlib.error, zstandard.ZstdError, EOFError) as error:
+            raise InputError(
+                f"damaged {self.container} data ({error})",
+                path=self.path,
+                location=f"offset {self._file.tell()} of {self.size} at most",
+                hint="fetch or copy the file again",
+            ) from error
+        except OSError as error:
+            raise InputError(f"cannot be read ({error.strerror})", path=self.path) from error
+
+    def bytes_left(self) -> int:
+        """Return an upper bound of the bytes that are still to come."""
+        if self._file.closed:
+            return 0
+        return (self.size - self._file.tell() + 2 * _CHUNK) * _LARGEST_RATIO[self.container]
+
+    def close(self) -> None:
+        """Close the file."""
+        self._iterator = iter(())
+        self._file.close()
+
+    def _plain(self) -> Iterator[bytes]:
+        while piece := self._file.read(_CHUNK):
+            yield piece
+
+    def _gzip(self) -> Iterator[bytes]:
+        data = self._file.read(_CHUNK)
+        while data[:2] == _GZIP_MAGIC:
+            member = isal_zlib.decompressobj(_GZIP)
+            while not member.eof:
+                data = data or self._file.read(_CHUNK)
+                piece = member.decompress(data, _CHUNK)
+                if not (piece or data or member.eof):
+                    raise EOFError("the data ends before the end of the gzip member")
+                if piece:
+                    yield piece
+                data = member.unconsumed_tail
+            data = member.unused_data or self._file.read(_CHUNK)
+            if len(data) == 1:
+                data += self._file.read(_CHUNK)
+
+    def _zstd(self) -> Iterator[bytes]:
+        inflater = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW)
+        with inflater.stream_reader(self._file, read_across_frames=True, closefd=False) as reader:
+            while piece := reader.read(_CHUNK):
+                yield piece
+        # The reader of zstandard says nothing when the last frame is cut off; the rawlog's framing does.
+
+
+def open_file(path: Path) -> IO[bytes]:
+    """Open a file for reading.
+
+    Raises:
+        MissingInputError: There is no such file.
+        InputError: It cannot be opened.
+
+    """
+    try:
+        return path.open("rb")
+    except FileNotFoundError as error:
+        raise MissingInputError("there is no such file", path=path) from error
+    except OSError as error:
+        raise InputError(f"cannot be opened ({error.strerror})", path=path) from error
+
+
+def inflate(data: bytes, most: int, path: Path) -> bytes:
+    """Inflate a small file at once, up to `most` bytes.
+
+    Raises:
+        InputError: It is damaged, or larger than that.
+
+    """
+    try:
+        match sniff(data):
+            case "gzip":
+                member = isal_zlib.decompressobj(_GZIP)
+                result = member.decompress(data, most + 1)
+                whole = member.eof or len(result) > most
+            case "zstd":
+                reader = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW).stream_reader(data)
+                result, whole = reader.read(most + 1), True
+            case _:
+                result, whole = data, True
+    except (isal_zlib.error, zstandard.ZstdError) as error:
+        raise InputError(f"damaged compression ({error})", path=path, hint="copy the file again") from error
+    if not whole:
+        raise InputError("the gzip data ends too early", path=path, hint="copy the file again")
+    if len(result) > most:
+        raise InputError(f"inflates to more than {most} bytes", path=path)
+    return result
+
+
+class Deflater(Protocol):
+    """What compresses a stream."""
+
+    def compress(self, data: bytes, /) -> bytes:
+        """Take bytes in, give compressed ones as they get ready."""
+
+    def flush(self) -> bytes:
+        """Give what is left."""
+
+
+class _Stored:
+    def compress(self, data: bytes, /) -> bytes:
+        return data
+
+    def flush(self) -> bytes:
+        return b""
+
+
+def deflater(container: Container) -> Deflater:
+    """Return a compressor for a rawlog; gzip is byte for byte what MRPT writes (zlib, level 1)."""
+    match container:
+        case "gzip":
+            return zlib.compressobj(1, zlib.DEFLATED, _GZIP, 8, zlib.Z_DEFAULT_STRATEGY)
+        case "zstd":
+            return zstandard.ZstdCompressor(level=1).compressobj()
+        case _:
+            return _Stored()
+
+
+def deflate(data: bytes | memoryview, container: Container) -> bytes:
+    """Compress an external file."""
+    match container:
+        case "gzip":
+            packed: bytes = isal_zlib.compress(data, 1, _GZIP)
+            return packed
+        case "zstd":
+            return zstandard.ZstdCompressor(level=1).compress(data)
+        case _:
+            return bytes(data)

@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The objects of a rawlog, one after another, whatever container and compression they are in."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from tumtools.errors import InputError
+from tumtools.formats.rawlog import archive
+from tumtools.formats.rawlog.archive import Input, Record
+from tumtools.formats.rawlog.classes import CODEC
+from tumtools.formats.rawlog.compression import Container, Pieces
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+
+@dataclass(slots=True)
+class Progress:
+    """Where the reading of a rawlog stands; filled in as it goes on.
+
+    Attributes:
+        container: Compression of the file.
+        stored: Bytes of the file.
+        inflated: Bytes of it read so far, inflated.
+        objects: Objects read so far.
+
+    """
+
+    container: Container = "none"
+    stored: int = 0
+    inflated: int = 0
+    objects: int = 0
+
+
+@dataclass(slots=True)
+class Objects:
+    """The top-level objects of a rawlog as an iterable that starts anew each time.
+
+    A file that is one `CRawlog` object is treated as what it contains, so that it is streamed too.
+
+    Attributes:
+        path: The file.
+        progress: Where the latest reading stands.
+
+    """
+
+    path: Path
+    progress: Progress = field(default_factory=Progress)
+
+    def __iter__(self) -> Iterator[Record]:
+        """Yield the objects.
+
+        Raises:
+            MissingInputError: There is no such file.
+            InputError: Damage, with number and offset of the object; those before it have been given.
+            UnsupportedInputError: A class that is not read.
+
+        """
+        with closing(Pieces(self.path)) as pieces:
+            source = Input(pieces, str(self.path))
+            self.progress = Progress(pieces.container, pieces.size)
+            for record in _top_level(source):
+                self.progress.objects += 1
+                self.progress.inflated = source.offset
+                yield record
+            self.progress.inflated = source.offset
+
+
+def _top_level(source: Input) -> Iterator[Record]:
+    number = 0
+    while not source.at_end():
+        source.context = f"object {number}"
+        header = archive.read_header(source)
+        if archive.class_of(header.name) != "CRawlog":
+            yield CODEC.read_body(source, header)
+            number += 1
+            continue
+        CODEC.check(header, source)
+        for _ in range(source.u32()):
+            yield CODEC.read(source)
+            number += 1
+            source.context = f"object {number}"
+        yield CODEC.read(source)
+        archive.read_end(source, header)
+        number += 1
+    if number == 0:
+        raise InputError("the file is empty; a rawlog has at least one object", path=source.path)

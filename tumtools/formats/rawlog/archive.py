@@ -265,7 +265,7 @@ def read_end(source: Input, header: Header) -> None:
         source.fail(
             f"{header.name} (version {header.version}, began at offset {header.offset}) should end with "
             f"byte 0x88, found 0x{mark:02x}",
-            hint="the file is damaged before this place, or comes from an MRPT with another layout of the class",
+            hint="the file is damaged before this place, or its MRPT has another layout of the class",
         )
 
 

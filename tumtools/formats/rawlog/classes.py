@@ -43,7 +43,7 @@ def _int(fields: Fields, name: str, default: int = 0) -> int:
 
 
 def _set(name: str, default: int = 0) -> Condition:
-    """The flag is set; versions without it mean `default`."""
+    """Return the condition that a flag is set; versions without the flag mean `default`."""
     return lambda fields: bool(_int(fields, name, default))
 
 
@@ -233,8 +233,12 @@ _MOVEMENT_2D: Final = Class(
 # --- the table ----------------------------------------------------------------------------------------
 
 CLASSES: Final[dict[str, Class]] = {
-    "CPose2D": Class((0, 1), (Field("values", Block("<f4", 3), until=0), Field("values", Block("<f8", 3), 1))),
-    "CPoint3D": Class((0, 1), (Field("values", Block("<f4", 3), until=0), Field("values", Block("<f8", 3), 1))),
+    "CPose2D": Class(
+        (0, 1), (Field("values", Block("<f4", 3), until=0), Field("values", Block("<f8", 3), 1))
+    ),
+    "CPoint3D": Class(
+        (0, 1), (Field("values", Block("<f4", 3), until=0), Field("values", Block("<f8", 3), 1))
+    ),
     "CPose3DQuat": Class((0,), (Field("values", Block("<f8", 7)),)),
     # 0 and 1: a 4x4 matrix; 2: x y z and the quaternion, scalar first; 3: x y z and the rotation by row.
     "CPose3D": Class(
@@ -254,9 +258,7 @@ CLASSES: Final[dict[str, Class]] = {
             Field("covariance", Block("<f8", 21), since=1),
         ),
     ),
-    "CPosePDFGaussian": Class(
-        (2,), (Field("mean", CHILD), Field("covariance", Block("<f8", 6)))
-    ),
+    "CPosePDFGaussian": Class((2,), (Field("mean", CHILD), Field("covariance", Block("<f8", 6)))),
     "CMatrixF": Class(
         (0,), (Field("rows", U32), Field("columns", U32), Field("values", Block("<f4", _cells)))
     ),

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import os
 import zlib
-from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final, Literal, Protocol
 
 import zstandard
@@ -16,6 +15,7 @@ from tumtools.errors import InputError, MissingInputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 Container = Literal["gzip", "zstd", "none"]
 CONTAINERS: Final[tuple[Container, ...]] = ("gzip", "zstd", "none")

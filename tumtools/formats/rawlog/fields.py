@@ -268,15 +268,6 @@ class Codec:
 
     def _write_value(self, value: Value, item: Field, fields: Fields, parts: list[bytes]) -> None:
         match item.kind, value:
-            case Number(code), int() | float():
-                parts.append(struct.pack("<" + code, value))
-            case Text(), str():
-                parts.append(archive.text_bytes(value))
-            case Block() as kind, np.ndarray():
-                parts.append(_array_bytes(value, _dtype(kind, fields), _count(kind, fields), item.name))
-            case Vector(dtype), np.ndarray():
-                parts.append(struct.pack("<I", value.size))
-                parts.append(_array_bytes(value, np.dtype(dtype), value.size, item.name))
             case Child(), Record():
                 self._write(value, parts)
             case Children(), list():
@@ -289,11 +280,25 @@ class Codec:
                 for group in value:
                     if isinstance(group, dict):
                         self._write_steps(group, self._group_plan(inner), parts)
-            case Names(), dict():
-                parts.append(_names_bytes(value))
             case _:
-                msg = f"{item.name}: a {type(value).__name__} is no {type(item.kind).__name__}"
-                raise ValueError(msg)
+                parts.append(_flat_bytes(value, item, fields))
+
+
+def _flat_bytes(value: Value, item: Field, fields: Fields) -> bytes:
+    """Return a field that holds no other fields."""
+    match item.kind, value:
+        case Number(code), int() | float():
+            return struct.pack("<" + code, value)
+        case Text(), str():
+            return archive.text_bytes(value)
+        case Block() as kind, np.ndarray():
+            return _array_bytes(value, _dtype(kind, fields), _count(kind, fields), item.name)
+        case Vector(dtype), np.ndarray():
+            return struct.pack("<I", value.size) + _array_bytes(value, np.dtype(dtype), value.size, item.name)
+        case Names(), dict():
+            return _names_bytes(value)
+    msg = f"{item.name}: a {type(value).__name__} is no {type(item.kind).__name__}"
+    raise ValueError(msg)
 
 
 def _count(kind: Block, fields: Fields) -> int:
@@ -332,7 +337,9 @@ def _read_names(source: Input) -> dict[int, str]:
 
 def _names_bytes(names: Mapping[int, str] | Fields) -> bytes:
     head = b"".join(archive.text_bytes(text) for text in _MAP_TYPES) + struct.pack("<I", len(names))
-    return head + b"".join(struct.pack("<I", key) + archive.text_bytes(str(text)) for key, text in names.items())
+    return head + b"".join(
+        struct.pack("<I", key) + archive.text_bytes(str(text)) for key, text in names.items()
+    )
 
 
 def _ranges(versions: tuple[int, ...]) -> str:

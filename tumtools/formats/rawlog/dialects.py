@@ -1,0 +1,240 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The objects that are written, in each dialect: class versions, spelling of names, constants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.formats.rawlog.archive import Record
+from tumtools.formats.rawlog.classes import CODEC
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy.typing as npt
+
+    from tumtools.model.camera import CameraInfo
+
+SCAN_LABEL: Final = "KINECT"
+IMU_LABEL: Final = "KINECT_ACC"
+VISIBLE, INFRARED = 0, 1
+
+_NAMESPACES: Final = {
+    "CPose3D": "mrpt::poses::CPose3D",
+    "CMatrixD": "mrpt::math::CMatrixD",
+    "TCamera": "mrpt::img::TCamera",
+    "CImage": "mrpt::img::CImage",
+    "CObservation3DRangeScan": "mrpt::obs::CObservation3DRangeScan",
+    "CObservationIMU": "mrpt::obs::CObservationIMU",
+    "CObservationComment": "mrpt::obs::CObservationComment",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How rawlogs of a time look.
+
+    Attributes:
+        name: As on the command line.
+        versions: Version of each class.
+        spelling: Class name -> as it is written.
+        float_depth: Depth files are float32 matrices of metres, not 16-bit counts.
+        swapped_size: The rows of a camera are written where its columns belong, and the other way round;
+            MRPT before 2.4 did so for TUM sequences, and later ones undo it for old scans.
+        lossless: Own stamps, header lines and decimals are kept, in file names and in a comment.
+
+    """
+
+    name: str
+    versions: Mapping[str, int]
+    spelling: Mapping[str, str]
+    float_depth: bool = False
+    swapped_size: bool = False
+    lossless: bool = True
+
+    def record(self, name: str, **fields: object) -> Record:
+        """Build an object of a class in its version here."""
+        record = Record(self.spelling.get(name, name), self.versions[name])
+        record.fields.update(fields)  # type: ignore[arg-type]  # keyword values are what the table takes
+        return record
+
+
+_MODERN_VERSIONS: Final = {
+    "CPose3D": 3,
+    "TCamera": 6,
+    "CImage": 9,
+    "CMatrixD": 0,
+    "CObservation3DRangeScan": 10,
+    "CObservationIMU": 4,
+    "CObservationComment": 0,
+}
+_LEGACY_VERSIONS: Final = {
+    "CPose3D": 2,
+    "TCamera": 2,
+    "CImage": 7,
+    "CMatrixF": 0,
+    "CMatrixD": 0,
+    "CObservation3DRangeScan": 6,
+    "CObservationIMU": 2,
+    "CObservationComment": 0,
+}
+
+DIALECTS: Final[dict[str, Dialect]] = {
+    dialect.name: dialect
+    for dialect in (
+        Dialect("modern", _MODERN_VERSIONS, _NAMESPACES),
+        Dialect(
+            "legacy",
+            _LEGACY_VERSIONS,
+            {"CMatrixF": "CMatrix"},  # the name that MRPT had for it then
+            float_depth=True,
+            swapped_size=True,
+        ),
+        Dialect("converter", _MODERN_VERSIONS, _NAMESPACES, lossless=False),
+    )
+}
+
+_IDENTITY: Final = {3: (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1), 2: (0, 0, 0, 1, 0, 0, 0)}
+# From the axes of the depth sensor (X forward) to those of an optical frame (Z forward): yaw and roll of
+# -90 degrees, with the residues that MRPT's sines and cosines leave.
+_SIN, _TINY = 6.123233995736766e-17, 3.749399456654644e-33
+_TO_OPTICAL: Final = {
+    3: (0, 0, 0, _SIN, _SIN, 1, -1, _TINY, _SIN, -0.0, -1, _SIN),
+    2: (0, 0, 0, 0.5, -0.5, 0.5, -0.5),
+}
+_NO_COUNTS: Final = np.empty(0, np.dtype("<u2"))
+_NO_METRES: Final = np.empty(0, np.dtype("<f4"))
+_CAMERA_NAME: Final = "camera1"
+_NO_DISTORTION, _PLUMB_BOB = 0, 1
+IMU_VALUES: Final = {4: 31, 2: 15}
+"""Numbers of an IMU object, by version."""
+_ACCELERATIONS: Final = 3
+
+
+def _pose(dialect: Dialect, values: Mapping[int, tuple[float, ...]]) -> Record:
+    return dialect.record("CPose3D", values=np.array(values[dialect.versions["CPose3D"]], "<f8"))
+
+
+def camera_record(dialect: Dialect, camera: CameraInfo) -> Record:
+    """Return the intrinsics of a camera."""
+    size = dialect.versions["TCamera"]
+    coefficients = 8 if size >= 3 else 5  # noqa: PLR2004 - since version 3
+    distortion = np.zeros(coefficients, "<f8")
+    stored = camera.d[:coefficients]
+    distortion[: len(stored)] = stored
+    rows, columns = camera.height, camera.width
+    if dialect.swapped_size:
+        rows, columns = columns, rows
+    fx, cx, fy, cy = camera.k[0], camera.k[2], camera.k[4], camera.k[5]
+    intrinsics = dialect.record("CMatrixD", rows=3, columns=3, values=np.array(camera.k, "<f8"))
+    return dialect.record(
+        "TCamera",
+        focal_length_metres=0.0,
+        distortion=distortion,
+        intrinsics=intrinsics,
+        fx_fy_cx_cy=np.array([fx, fy, cx, cy], "<f8"),
+        rows=rows,
+        columns=columns,
+        name=_CAMERA_NAME,
+        model=_PLUMB_BOB if distortion.any() else _NO_DISTORTION,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """What differs from one scan to the next.
+
+    Attributes:
+        ticks: Time, in units of 100 ns since 1601.
+        image_file: Name of the colour or infrared file; None if there is none.
+        depth_file: Name of the depth file; None if there is none.
+        range_units: Metres per count of the depth file.
+        channel: `VISIBLE` or `INFRARED`.
+
+    """
+
+    ticks: int
+    image_file: str | None = None
+    depth_file: str | None = None
+    range_units: float = 0.001
+    channel: int = VISIBLE
+
+
+def scan_record(dialect: Dialect, scan: Scan, depth_camera: Record, image_camera: Record) -> Record:
+    """Return a scan whose images are external files."""
+    empty = dialect.record("CMatrixF", rows=0, columns=0, values=_NO_METRES) if dialect.float_depth else 0
+    image = dialect.record("CImage", external=1, file=scan.image_file or "")
+    return dialect.record(
+        "CObservation3DRangeScan",
+        max_range=5.0,
+        sensor_pose=_pose(dialect, _IDENTITY),
+        has_points=0,
+        has_range=int(scan.depth_file is not None),
+        range_units=scan.range_units,
+        range_matrix=empty,
+        rows=0,
+        columns=0,
+        range=_NO_COUNTS,
+        has_intensity=int(scan.image_file is not None),
+        intensity=image,
+        has_confidence=0,
+        camera=depth_camera,
+        camera_intensity=image_camera,
+        intensity_pose=_pose(dialect, _TO_OPTICAL),
+        std_error=0.01,
+        time=scan.ticks,
+        label=SCAN_LABEL,
+        points_external=0,
+        points_file="",
+        range_external=int(scan.depth_file is not None),
+        range_file=scan.depth_file or "",
+        range_is_depth=1,
+        channel=scan.channel,
+        has_labels=0,
+        layers=[],
+    )
+
+
+def comment_bytes(dialect: Dialect, text: str, ticks: int) -> bytes:
+    """Return a comment object as it is written."""
+    return CODEC.encode(dialect.record("CObservationComment", text=text, time=ticks, label=""))
+
+
+class ImuRows:
+    """Accelerometer rows as objects: one template, stamped with all times and values at once."""
+
+    def __init__(self, dialect: Dialect) -> None:
+        version = dialect.versions["CObservationIMU"]
+        count = IMU_VALUES[version]
+        present = np.zeros(count, np.uint8)
+        present[:_ACCELERATIONS] = 1
+        record = dialect.record(
+            "CObservationIMU",
+            sensor_pose=_pose(dialect, _IDENTITY),
+            present=present,
+            time=0,
+            values=np.zeros(count, "<f8"),
+            label=IMU_LABEL,
+        )
+        self._template = np.frombuffer(CODEC.encode(record), np.uint8)
+        # From the end: end mark, label with its length, values, before version 4 their count, time.
+        self._values = len(self._template) - 1 - (4 + len(IMU_LABEL)) - 8 * count
+        self._time = self._values - 8 - (4 if version < 4 else 0)  # noqa: PLR2004
+
+    def encode(self, ticks: npt.NDArray[np.int64], values: npt.NDArray[np.float64]) -> bytes:
+        """Return the objects of some rows, one after another.
+
+        Args:
+            ticks: Shape [n].
+            values: m/s2, shape [n, 3].
+
+        """
+        rows = np.tile(self._template, (len(ticks), 1))
+        rows[:, self._time : self._time + 8] = ticks.astype("<u8").view(np.uint8).reshape(-1, 8)
+        stored = np.ascontiguousarray(values, "<f8").view(np.uint8).reshape(-1, 8 * _ACCELERATIONS)
+        rows[:, self._values : self._values + 8 * _ACCELERATIONS] = stored
+        return rows.tobytes()

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The files beside a rawlog: where MRPT looks for them, and depth in all forms that it has had.
+
+A depth file is a gzip or Zstandard file of either 16-bit counts (scan versions 9 and later) or a float32
+matrix of metres (before), or a text matrix of one of them. MRPT 2.x writes old rawlogs anew as version 10
+and leaves the files as they are, so the content tells which it is, not the version.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.rawlog import archive
+from tumtools.formats.rawlog.compression import inflate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+IMAGES_SUFFIX: Final = "_Images"
+"""What the name of the folder of the files adds to the name of the rawlog."""
+_FOLDERS: Final = ("{stem}_Images", "{stem}_images", "{stem}_IMAGES", "Images")
+_MAX_FILE: Final = archive.MAX_FIELD
+_U16_HEADER: Final = struct.Struct("<II")
+
+
+@dataclass(slots=True)
+class Folder:
+    """Looks external files up as MRPT does.
+
+    Args:
+        rawlog: The rawlog that names them.
+
+    """
+
+    rawlog: Path
+    _found: Path | None = field(default=None, init=False)
+
+    @property
+    def path(self) -> Path | None:
+        """The folder of the external files, if there is one."""
+        if self._found is None:
+            names = (name.format(stem=self.rawlog.name.removesuffix(".rawlog")) for name in _FOLDERS)
+            candidates = (self.rawlog.parent / name for name in names)
+            self._found = next((path for path in candidates if path.is_dir()), None)
+        return self._found
+
+    def check(self, name: str) -> tuple[str, ...]:
+        """Return the parts of a name.
+
+        Raises:
+            InputError: The name leads out of the folder.
+
+        """
+        parts = name.replace("\\", "/").split("/")
+        if not name or "\0" in name or parts[0] == "" or parts[0].endswith(":") or ".." in parts:
+            raise InputError(
+                f"the external file name {name[:100]!r} leads out of the folder of the rawlog",
+                path=self.rawlog,
+                hint="external files are named relative to the folder <name>_Images beside the rawlog",
+            )
+        return tuple(parts)
+
+    def locate(self, name: str) -> Path:
+        """Return where the file of a name should be.
+
+        Raises:
+            InputError: The name leads out of the folder.
+            MissingInputError: There is no folder of external files.
+
+        """
+        parts = self.check(name)
+        folder = self.path
+        if folder is None:
+            expected = f"{self.rawlog.name.removesuffix('.rawlog')}{IMAGES_SUFFIX}"
+            raise MissingInputError(
+                f"the rawlog names the external file {name!r}, but there is no folder {expected!r} beside it",
+                path=self.rawlog,
+                hint="copy the folder of the images to the rawlog",
+            )
+        return folder.joinpath(*parts)
+
+    def read(self, name: str) -> bytes:
+        """Read a file.
+
+        Raises:
+            MissingInputError: It is not there.
+            InputError: It cannot be read, or is larger than any image.
+
+        """
+        path = self.locate(name)
+        try:
+            with path.open("rb") as file:
+                data = file.read(_MAX_FILE + 1)
+        except FileNotFoundError as error:
+            raise MissingInputError(
+                f"the external file of {self.rawlog.name} is missing",
+                path=path,
+                hint="copy the folder of the images to the rawlog",
+            ) from error
+        except (OSError, ValueError) as error:
+            raise InputError(f"the external file cannot be read ({error})", path=path) from error
+        if len(data) > _MAX_FILE:
+            raise InputError(f"the external file has more than {_MAX_FILE} bytes", path=path)
+        return data
+
+    def size(self, name: str) -> int | None:
+        """Return the bytes of a file; None if it is missing."""
+        try:
+            return self.locate(name).stat().st_size
+        except OSError:
+            return None
+
+
+def read_depth(folder: Folder, name: str) -> npt.NDArray[np.uint16] | npt.NDArray[np.float32]:
+    """Read an external depth image.
+
+    Returns:
+        Counts as uint16, or metres as float32; shape [rows, columns].
+
+    Raises:
+        InputError: The file is damaged.
+
+    """
+    path = folder.locate(name)
+    data = folder.read(name)
+    if name.endswith(".txt"):
+        return _text_depth(data, path)
+    raw = memoryview(inflate(data, _MAX_FILE, path))
+    if len(raw) < _U16_HEADER.size:
+        raise InputError(f"a depth file of {len(raw)} bytes has no header", path=path)
+    rows, columns = _U16_HEADER.unpack_from(raw)
+    if len(raw) == _U16_HEADER.size + 2 * rows * columns:
+        return np.frombuffer(raw, "<u2", offset=_U16_HEADER.size).reshape(rows, columns)
+    if raw[0] & archive.MODERN_MARK:
+        return _matrix(raw, path)
+    raise InputError(
+        f"the depth file announces {rows} x {columns} pixels of 16 bits, that is "
+        f"{_U16_HEADER.size + 2 * rows * columns} bytes; it has {len(raw)}",
+        path=path,
+    )
+
+
+def _matrix(raw: memoryview, path: Path) -> npt.NDArray[np.float32]:
+    """Decode a float matrix object: name, version, rows, columns, values, end mark."""
+    name_end = 1 + (raw[0] & ~archive.MODERN_MARK)
+    name = bytes(raw[1:name_end]).decode("latin-1")
+    start = name_end + 1
+    if archive.class_of(name) != "CMatrixF" or len(raw) < start + _U16_HEADER.size or raw[name_end] != 0:
+        raise InputError(
+            f"the depth file is neither 16-bit counts nor a matrix of MRPT ({name!r})", path=path
+        )
+    rows, columns = _U16_HEADER.unpack_from(raw, start)
+    end = start + _U16_HEADER.size + 4 * rows * columns
+    if len(raw) != end + 1 or raw[end] != archive.END_MARK:
+        raise InputError(
+            f"the depth file announces a matrix of {rows} x {columns}, {end + 1} bytes; it has {len(raw)}",
+            path=path,
+        )
+    return np.frombuffer(raw[:end], "<f4", offset=start + _U16_HEADER.size).reshape(rows, columns)
+
+
+def _text_depth(data: bytes, path: Path) -> npt.NDArray[np.uint16] | npt.NDArray[np.float32]:
+    """Decode a text matrix: counts if all are whole numbers that fit, else metres."""
+    lines = [line for line in data.splitlines() if line.strip()]
+    try:
+        values = np.array(b" ".join(lines).split(), np.bytes_).astype(np.float64)
+        matrix = values.reshape(len(lines), -1)
+    except ValueError as error:
+        raise InputError(f"the depth file is no text matrix ({error})", path=path) from error
+    whole = matrix == np.rint(matrix)
+    if whole.all() and matrix.size and matrix.min() >= 0 and matrix.max() <= np.iinfo(np.uint16).max:
+        return matrix.astype(np.uint16)
+    return matrix.astype(np.float32)
+
+
+def depth_payload(counts: npt.NDArray[np.uint16]) -> bytes:
+    """Return 16-bit counts as in a depth file of scan versions 9 and later, not compressed."""
+    rows, columns = counts.shape
+    return _U16_HEADER.pack(rows, columns) + counts.astype("<u2", copy=False).tobytes()
+
+
+def metres_payload(metres: npt.NDArray[np.float32]) -> bytes:
+    """Return metres as in a depth file of scan versions before 9, not compressed."""
+    rows, columns = metres.shape
+    head = b"\x87CMatrix\x00" + _U16_HEADER.pack(rows, columns)
+    return head + metres.astype("<f4", copy=False).tobytes() + bytes([archive.END_MARK])

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""What observations say besides images: inertial values, intrinsics, and what the model has no place for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.model.camera import CameraInfo
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy.typing as npt
+
+    from tumtools.formats.rawlog.archive import Record
+
+IMU_CHANNELS: Final = 31
+"""0-2 acceleration X Y Z (m/s2); 3 yaw, 4 pitch, 5 roll rate (rad/s); 6-8 velocity; 9-11 yaw pitch roll;
+12-14 position; 15-17 magnetic field; 18 pressure; 19 altitude; 20 temperature; 21-24 orientation x y z w;
+25-27 rates and 28-30 acceleration in the global frame."""
+_YAW_RATE, _ROLL_RATE = 3, 5
+_SWAPPED_UNTIL: Final = 1
+"""Versions up to this have yaw and roll rate the other way round."""
+_SWAPPED_SIZE_UNTIL: Final = 8
+_DISTORTION_MODELS: Final = {0: "plumb_bob", 1: "plumb_bob", 2: "equidistant"}
+_RATIONAL: Final = "rational_polynomial"
+_PLUMB_BOB_COEFFICIENTS: Final = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Imu:
+    """A `CObservationIMU`.
+
+    Attributes:
+        present: Which channels hold a value, bool, shape [31].
+        values: As listed at `IMU_CHANNELS`, float64, shape [31]; 0 where absent.
+
+    """
+
+    present: npt.NDArray[np.bool_]
+    values: npt.NDArray[np.float64]
+
+    @property
+    def has_acceleration(self) -> bool:
+        """Whether all three accelerations are there."""
+        return bool(self.present[:3].all())
+
+    @property
+    def has_more(self) -> bool:
+        """Whether anything else is there."""
+        return bool(self.present[3:].any())
+
+
+def imu_of(record: Record) -> Imu:
+    """Return the values of a `CObservationIMU`, in today's order."""
+    present = np.zeros(IMU_CHANNELS, bool)
+    values = np.zeros(IMU_CHANNELS)
+    for target, name in ((present, "present"), (values, "values")):
+        source = record.array(name)[:IMU_CHANNELS]
+        target[: len(source)] = source
+        if record.version <= _SWAPPED_UNTIL:
+            target[[_YAW_RATE, _ROLL_RATE]] = target[[_ROLL_RATE, _YAW_RATE]]
+    return Imu(present, values)
+
+
+def cameras_of(record: Record) -> Iterator[tuple[str, CameraInfo]]:
+    """Yield the intrinsics that an observation carries, by image stream."""
+    if record.type == "CObservation3DRangeScan":
+        swapped = record.version <= _SWAPPED_SIZE_UNTIL and bool(record.integer("range_external"))
+        names = (("depth", "camera"), ("ir" if record.integer("channel") else "rgb", "camera_intensity"))
+        for stream, name in names:
+            present = record.integer("has_range" if stream == "depth" else "has_intensity")
+            if present and (camera := camera_of(record.child(name), swapped)):
+                yield stream, camera
+    elif record.type == "CObservationImage" and (camera := camera_of(record.child("camera"))):
+        yield "rgb", camera
+
+
+def camera_of(record: Record | None, swapped: bool = False) -> CameraInfo | None:
+    """Return the intrinsics of a `TCamera`; None if they are not set.
+
+    Args:
+        record: The camera.
+        swapped: Rows and columns may be the other way round, as TUM sequences had it before MRPT 2.4.
+
+    """
+    if record is None or record.type != "TCamera":
+        return None
+    if "fx_fy_cx_cy" in record:
+        fx, fy, cx, cy = record.array("fx_fy_cx_cy").tolist()
+    else:
+        matrix = record.child("intrinsics")
+        values = [] if matrix is None else matrix.array("values").tolist()
+        if len(values) != 9:  # noqa: PLR2004 - 3 x 3
+            return None
+        fx, cx, fy, cy = values[0], values[2], values[4], values[5]
+    rows, columns = record.integer("rows", 480), record.integer("columns", 640)
+    if swapped and rows > columns:
+        rows, columns = columns, rows
+    if not (fx > 0 and fy > 0 and rows and columns):
+        return None
+    distortion = tuple(record.array("distortion").tolist())
+    model = _DISTORTION_MODELS.get(record.integer("model"), "plumb_bob")
+    if model == "plumb_bob" and any(distortion[_PLUMB_BOB_COEFFICIENTS:]):
+        model = _RATIONAL
+    elif model == "plumb_bob":
+        distortion = distortion[:_PLUMB_BOB_COEFFICIENTS]
+    pinhole = CameraInfo.pinhole(fx, fy, cx, cy, distortion, columns, rows)
+    return CameraInfo(pinhole.width, pinhole.height, pinhole.k, pinhole.d, pinhole.r, pinhole.p, model)
+
+
+def label_of(record: Record) -> str:
+    """Return the sensor label of an observation."""
+    return record.text("label")
+
+
+def not_carried(record: Record) -> Iterator[str]:
+    """Name what an observation holds and the model has no place for."""
+    if record.type == "CObservation3DRangeScan":
+        if record.integer("point_count") or (
+            record.integer("has_points", 1) and record.integer("points_external")
+        ):
+            yield "point cloud"
+        for flag, what in (("has_confidence", "confidence image"), ("has_labels", "pixel labels")):
+            if record.integer(flag):
+                yield what
+        layers = record.fields.get("layers")
+        if isinstance(layers, list) and layers:
+            yield "extra range layers"
+    elif record.type == "CObservationIMU":
+        imu = imu_of(record)
+        if not imu.has_acceleration:
+            yield "inertial values without acceleration"
+        elif imu.has_more:
+            yield "inertial values besides acceleration"
+    elif record.type not in {"CObservationImage", "CObservationComment"}:
+        yield record.type

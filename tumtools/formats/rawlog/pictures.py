@@ -1,0 +1,253 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The images that observations hold, embedded or external, as images of the model.
+
+Nothing is decoded before somebody asks for an image.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from PIL import Image as PillowImage
+
+from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.formats.rawlog import archive, externals
+from tumtools.formats.rawlog.classes import DEPTH_CODES
+from tumtools.images import depth
+from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png
+from tumtools.images.png import SIGNATURE
+from tumtools.model.time import parse_stamp, ticks_to_stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy.typing as npt
+
+    from tumtools.formats.rawlog.archive import Record
+    from tumtools.model.image import Image
+
+_JPEG_MAGIC: Final = b"\xff\xd8"
+_INFRARED: Final = 1
+_METRES: Final = 1.0
+_DEFAULT_UNITS: Final = 0.001
+_STAMP_IN_NAME: Final = re.compile(r"(?:.*/)?(\d+\.\d{1,9})(?:-\d+)?_(?:rgb|depth|ir)\.\w+")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """One image of one observation.
+
+    Attributes:
+        stream: `rgb`, `depth` or `ir`.
+        ticks: Time of the observation.
+        label: Sensor label of the observation.
+        file: Name of the external file; None if the image is embedded.
+        image: The `CImage`, for colour and infrared.
+        scan: The scan, for embedded depth.
+        units_per_metre: For depth: counts per metre, where it is in counts.
+
+    """
+
+    stream: str
+    ticks: int
+    label: str
+    file: str | None = None
+    image: Record | None = None
+    scan: Record | None = None
+    units_per_metre: float | None = None
+
+    @property
+    def stamp(self) -> int:
+        """Time of the observation in nanoseconds."""
+        return ticks_to_stamp(self.ticks)
+
+    @property
+    def stamp_of_file(self) -> int | None:
+        """The stamp that the external file is named after, if it is named so."""
+        match = _STAMP_IN_NAME.fullmatch(self.file) if self.file else None
+        return parse_stamp(match[1]) if match else None
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes embedded in the rawlog."""
+        if self.image is not None:
+            return max(self.image.array(name).nbytes for name in ("data", "zlib", "jpeg"))
+        return 0 if self.scan is None else _embedded_range(self.scan).nbytes
+
+    def load(self, folder: externals.Folder, exact_units_per_metre: float | None = None) -> Image:
+        """Decode the image, or wrap the file that it is.
+
+        Args:
+            folder: Of the external files.
+            exact_units_per_metre: Float depth that holds exactly such counts becomes counts again.
+
+        Raises:
+            InputError: It is missing or damaged.
+
+        """
+        if self.stream == "depth":
+            return self._load_depth(folder, exact_units_per_metre)
+        if self.file is not None:
+            data = folder.read(self.file)
+            try:
+                return _image_of_file(data)
+            except InputError as error:
+                raise type(error)(
+                    error.message, path=folder.locate(self.file), location=error.location
+                ) from error
+        if self.image is None:
+            raise InputError("the observation holds no image", path=folder.rawlog)
+        try:
+            return _image_of_record(self.image)
+        except (InputError, ValueError) as error:
+            where = f"image at offset {self.image.offset}"
+            raise InputError(f"damaged image ({error})", path=folder.rawlog, location=where) from error
+
+    def _load_depth(self, folder: externals.Folder, exact_units_per_metre: float | None) -> Image:
+        if self.file is not None:
+            values = externals.read_depth(folder, self.file)
+        elif self.scan is not None:
+            values = _embedded_range(self.scan)
+        else:
+            raise InputError("the observation holds no depth", path=folder.rawlog)
+        if not values.size:
+            raise InputError("the depth image has no pixels", path=folder.rawlog)
+        if values.dtype == np.uint16:
+            return image_of_pixels(values, "16UC1", self.units_per_metre or 1 / _DEFAULT_UNITS)
+        metres = values.astype(np.float32, copy=False)
+        if exact_units_per_metre is not None:
+            counts, rounding = depth.to_counts(metres, exact_units_per_metre)
+            if rounding == depth.EXACT:
+                return image_of_pixels(counts, "16UC1", exact_units_per_metre)
+        return image_of_pixels(np.where(metres == 0, np.float32(np.nan), metres), "32FC1", _METRES)
+
+
+def pictures_of(record: Record) -> Iterator[Picture]:
+    """Yield the images of an observation, colour first; none of other objects."""
+    if record.type == "CObservation3DRangeScan":
+        yield from _pictures_of_scan(record)
+    elif record.type == "CObservationImage" and (image := _usable(record.child("image"))):
+        yield _picture_of_image(image, "rgb", record)
+
+
+def _pictures_of_scan(scan: Record) -> Iterator[Picture]:
+    if image := _usable(scan.child("intensity")):
+        yield _picture_of_image(image, "ir" if scan.integer("channel") == _INFRARED else "rgb", scan)
+    units = units_per_metre(scan.number("range_units", _DEFAULT_UNITS))
+    time, label = scan.integer("time"), scan.text("label")
+    if _embedded_range(scan).size:
+        yield Picture("depth", time, label, scan=scan, units_per_metre=units)
+    elif scan.integer("has_range") and scan.integer("range_external") and scan.text("range_file"):
+        yield Picture("depth", time, label, file=scan.text("range_file"), units_per_metre=units)
+
+
+def _picture_of_image(image: Record, stream: str, owner: Record) -> Picture:
+    time, label = owner.integer("time"), owner.text("label")
+    if image.integer("external"):
+        return Picture(stream, time, label, file=image.text("file"))
+    return Picture(stream, time, label, image=image)
+
+
+def _usable(image: Record | None) -> Record | None:
+    """Return the image if it is one: not empty, and not null."""
+    if image is None or image.type != "CImage":
+        return None
+    there = image.text("file") or any(image.array(name).size for name in ("data", "zlib", "jpeg"))
+    return image if there else None
+
+
+def units_per_metre(range_units: float) -> float:
+    """Return counts per metre of a `rangeUnits`, the whole number where the float32 means one."""
+    if not range_units > 0 or not np.isfinite(1 / range_units):
+        return 1 / _DEFAULT_UNITS
+    whole = round(1 / range_units)
+    if whole and np.float32(1 / whole) == np.float32(range_units):
+        return float(whole)
+    return 1 / range_units
+
+
+def _embedded_range(scan: Record) -> npt.NDArray[np.generic]:
+    """Return the embedded depth, shape [rows, columns]: uint16 counts or float32 metres; may be empty."""
+    holder = scan if scan.array("range").size else scan.child("range_matrix")
+    if holder is None:
+        return np.empty((0, 0), np.uint16)
+    values = holder.array("range" if holder is scan else "values")
+    if values.dtype == np.float64:
+        values = values.astype(np.float32)
+    return values.reshape(holder.integer("rows"), holder.integer("columns"))
+
+
+def _image_of_file(data: bytes) -> Image:
+    if data.startswith(SIGNATURE):
+        return image_of_png(data)
+    if data.startswith(_JPEG_MAGIC):
+        return image_of_jpeg(data)
+    try:
+        with PillowImage.open(io.BytesIO(data)) as picture:
+            grey = picture.mode in {"1", "L"}
+            pixels = np.asarray(picture.convert("L" if grey else "RGB"))
+    except (OSError, SyntaxError, ValueError, PillowImage.DecompressionBombError) as error:
+        raise InputError(f"not an image that can be read ({error})") from error
+    return image_of_pixels(pixels, "mono8" if grey else "rgb8")
+
+
+def _image_of_record(image: Record) -> Image:
+    jpeg = image.array("jpeg")
+    if jpeg.size:
+        return image_of_jpeg(jpeg.tobytes())
+    if image.version == 0:
+        return _first_version(image)
+    if image.integer("colour"):
+        shape = abs(image.integer("height")), abs(image.integer("width")), 3
+        return image_of_pixels(image.array("data").reshape(shape), "rgb8" if image.version >= 10 else "bgr8")  # noqa: PLR2004 - since MRPT 3
+    return _grey(image)
+
+
+def _first_version(image: Record) -> Image:
+    channels = image.integer("channels")
+    shape = (image.integer("height"), image.integer("width"), channels)
+    pixels = image.array("data").reshape(shape)
+    if not image.integer("origin_top_left"):
+        pixels = pixels[::-1]
+    return image_of_pixels(pixels[:, :, 0], "mono8") if channels == 1 else image_of_pixels(pixels, "bgr8")
+
+
+def _grey(image: Record) -> Image:
+    """Decode a grey image; rows may be padded."""
+    code = image.integer("pixel_type")
+    if not 0 <= code < len(DEPTH_CODES) or DEPTH_CODES[code] not in {"u1", "<u2"}:
+        raise UnsupportedInputError(
+            f"grey images with pixels of type {code} are not read, only 8 and 16 bits"
+        )
+    dtype = np.dtype(DEPTH_CODES[code])
+    width, height, size = image.integer("width"), image.integer("height"), image.integer("byte_count")
+    data = image.array("data")
+    if image.array("zlib").size:
+        if not 0 <= size <= archive.MAX_FIELD:
+            raise InputError(f"a grey image of {size} bytes")
+        try:
+            inflated = zlib.decompressobj().decompress(image.array("zlib").tobytes(), size + 1)
+        except zlib.error as error:
+            raise InputError(f"damaged zlib data ({error})") from error
+        data = np.frombuffer(inflated, np.uint8)
+    if (
+        width < 1
+        or height < 1
+        or data.size != size
+        or size % height
+        or size // height < width * dtype.itemsize
+    ):
+        raise InputError(
+            f"a grey image of {width} x {height} pixels and {data.size} bytes ({size} announced)"
+        )
+    rows = data.reshape(height, size // height)[:, : width * dtype.itemsize]
+    pixels = np.ascontiguousarray(rows).view(dtype)
+    if image.integer("origin"):
+        pixels = pixels[::-1]
+    return image_of_pixels(pixels, "mono8" if dtype.itemsize == 1 else "mono16")

@@ -1,0 +1,407 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Read a rawlog: ours, the published ones, and what other people recorded with MRPT."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.rawlog import comment
+from tumtools.formats.rawlog.externals import Folder
+from tumtools.formats.rawlog.pictures import Picture, pictures_of
+from tumtools.formats.rawlog.survey import Place, Survey, observations_of, survey
+from tumtools.formats.tum.text import parse
+from tumtools.model.camera import camera_of_name
+from tumtools.model.sequence import (
+    IMAGE_STREAMS,
+    Frame,
+    ImageStreamInfo,
+    Loss,
+    Sequence,
+    SequenceInfo,
+)
+from tumtools.model.signals import Accelerometer, Trajectory
+from tumtools.model.time import stamp_to_ticks
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from tumtools.formats.options import ReadOptions
+    from tumtools.formats.rawlog.comment import Notes
+    from tumtools.model.image import Image
+    from tumtools.model.text import TextLayout
+
+SUFFIX: Final = ".rawlog"
+GROUNDTRUTH_FILE: Final = "groundtruth.txt"
+_ACCELEROMETER: Final = "accelerometer"
+_FLOAT_TIME_ERROR_NS: Final = 1000
+"""A time that went through float64 is off by less than this; the file name then tells it exactly."""
+_HELD_BYTES: Final = 64 * 2**20
+"""Embedded images that come before their turn are kept up to this size, and read again beyond it."""
+_NO_PLACE: Final = "a sequence has no stream for it"
+
+
+def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb of every format
+    """Open a rawlog, or the folder that holds one.
+
+    Raises:
+        InputError: It is damaged, holds a class that is not read, or several sensors fit one stream.
+
+    """
+    return RawlogSequence(find(path), options)
+
+
+def find(path: Path) -> Path:
+    """Return the rawlog that a path means: itself, or the only one in a folder.
+
+    Raises:
+        MissingInputError: There is none.
+        InputError: There are several.
+
+    """
+    if not path.is_dir():
+        return path
+    found = sorted(path.glob(f"*{SUFFIX}"))
+    if len(found) == 1:
+        return found[0]
+    if not found:
+        raise MissingInputError("there is no .rawlog file in this folder", path=path)
+    names = ", ".join(file.name for file in found)
+    raise InputError(
+        f"there are {len(found)} rawlogs in this folder: {names}", path=path, hint="name one of them"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """An image of the sequence."""
+
+    stream: str
+    stamp: int
+    row: int
+    place: Place
+
+
+class RawlogSequence(Sequence):
+    """A sequence in a rawlog.
+
+    What is external is loaded by name; what is embedded is read in a second pass through the file, in
+    which an image is held from where it stands to where its turn is.
+    """
+
+    def __init__(self, path: Path, options: ReadOptions) -> None:
+        self._path = path
+        self._folder = Folder(path)
+        found = survey(path)
+        if found.damage is not None and not options.salvage:
+            raise found.damage
+        self._survey = found
+        self._warnings: list[str] = []
+        self._notes = self._read_notes(found)
+        labels = _choose_labels(found, options, path)
+        places = [place for place in found.places if labels[place.picture.stream] == place.picture.label]
+        self._entries = self._make_entries(places)
+        self._stamps = {
+            stream: np.array([entry.stamp for entry in entries], np.int64)
+            for stream, entries in self._entries.items()
+        }
+        self.accelerometer = self._make_accelerometer(found, labels.get(_ACCELEROMETER))
+        self.groundtruth, text = self._read_groundtruth()
+        self.cameras = (
+            self._notes.cameras
+            if self._notes
+            else {
+                stream: camera
+                for (stream, label), camera in found.cameras.items()
+                if labels.get(stream) == label
+            }
+        )
+        self._missing = [
+            entry for entries in self._entries.values() for entry in entries if not self._is_there(entry)
+        ]
+        self._add_warnings(found, labels)
+        self.info = self._make_info(found, labels, text)
+
+    # --- the header -----------------------------------------------------------------------------------
+
+    def _read_notes(self, found: Survey) -> Notes | None:
+        try:
+            return comment.parse(found.comment)
+        except ValueError as error:
+            self._warnings.append(
+                f"{self._path}: the comment of tumtools cannot be read ({error}); "
+                "original stamps, header lines and decimals are those of the rawlog"
+            )
+            return None
+
+    def _make_entries(self, places: list[Place]) -> dict[str, list[_Entry]]:
+        """Give every image its stamp and its row; in the order of the rows."""
+        listed = self._notes.streams if self._notes else ()
+        entries: dict[str, list[_Entry]] = {stream: [] for stream in IMAGE_STREAMS if stream in listed}
+        for place in places:
+            stream = place.picture.stream
+            rows = entries.setdefault(stream, [])
+            rows.append(_Entry(stream, self._stamp(place.picture), len(rows), place))
+        for stream, order in (self._notes.rows if self._notes else {}).items():
+            if stream in entries and sorted(order) == list(range(len(entries[stream]))):
+                moved = [replace(entry, row=row) for entry, row in zip(entries[stream], order, strict=True)]
+                entries[stream] = sorted(moved, key=lambda entry: entry.row)
+        return {stream: entries[stream] for stream in IMAGE_STREAMS if stream in entries}
+
+    def _stamp(self, picture: Picture) -> int:
+        named = picture.stamp_of_file
+        if named is not None and (self._notes or abs(named - picture.stamp) <= _FLOAT_TIME_ERROR_NS):
+            return named
+        return picture.stamp
+
+    def _make_accelerometer(self, found: Survey, label: str | None) -> Accelerometer | None:
+        rows = found.accelerations.get(label) if label is not None else None
+        if rows is None:
+            return Accelerometer.empty() if self._notes and _ACCELEROMETER in self._notes.streams else None
+        ticks = np.array(rows.ticks, np.uint64).astype(np.int64)
+        stamps = (ticks - stamp_to_ticks(0)) * 100
+        values = np.array(rows.values).reshape(-1, 3)
+        if self._notes is None:
+            # An object at the time of a frame has its time from the same float.
+            exact = {
+                entry.place.picture.ticks: entry.stamp
+                for entries in self._entries.values()
+                for entry in entries
+                if entry.stamp != entry.place.picture.stamp
+            }
+            for row in np.flatnonzero(np.isin(ticks, list(exact))).tolist() if exact else ():
+                stamps[row] = exact[int(ticks[row])]
+            return Accelerometer(stamps, values)
+        remainders = self._notes.accelerometer_remainders_ns
+        if len(remainders) == len(stamps):
+            stamps += np.array(remainders, np.int64)
+        order = np.array(self._notes.rows.get(_ACCELEROMETER, ()), np.int64)
+        if np.array_equal(np.sort(order), np.arange(len(stamps))):
+            back = np.argsort(order)
+            stamps, values = stamps[back], values[back]
+        return Accelerometer(stamps, values)
+
+    def _read_groundtruth(self) -> tuple[Trajectory | None, dict[str, TextLayout]]:
+        """Read the text file beside the rawlog."""
+        path = self._path.parent / GROUNDTRUTH_FILE
+        text = dict(self._notes.text) if self._notes else {}
+        try:
+            data = path.read_bytes()
+        except FileNotFoundError:
+            return None, text
+        except OSError as error:
+            raise InputError(f"cannot be read ({error.strerror})", path=path) from error
+        table = parse(data, "groundtruth", str(path))
+        return Trajectory(table.stamps, table.values[:, :3], table.values[:, 3:]), {
+            **text,
+            "groundtruth": table.layout,
+        }
+
+    def _is_there(self, entry: _Entry) -> bool:
+        name = entry.place.picture.file
+        if name is None:
+            return True
+        self._folder.check(name)
+        return self._folder.size(name) is not None
+
+    def _add_warnings(self, found: Survey, labels: dict[str, str]) -> None:
+        warn, path = self._warnings.append, self._path
+        if found.damage is not None:
+            warn(f"{found.damage.message}; what is before it ({found.count} objects) is read")
+        if count := found.euclidean.get(labels.get("depth", ""), 0):
+            warn(
+                f"{path}: {count} depth images hold distances along the ray of each pixel "
+                "(range_is_depth = 0), not depth along the optical axis; they are given as they are"
+            )
+        if found.timeless:
+            warn(f"{path}: {found.timeless} observations have no time and are left out")
+        for stream in sorted(found.cameras_changed):
+            warn(f"{path}: the intrinsics of {stream} change; those of the first observation are given")
+        if self._missing:
+            name = self._missing[0].place.picture.file
+            warn(f"{path}: {len(self._missing)} external files are missing, the first is {name}")
+
+    def _make_info(self, found: Survey, labels: dict[str, str], text: dict[str, TextLayout]) -> SequenceInfo:
+        notes, stem = self._notes, self._path.name.removesuffix(SUFFIX)
+        return SequenceInfo(
+            name=notes.name if notes else stem,
+            format="rawlog",
+            camera=notes.camera if notes else camera_of_name(stem),
+            images={stream: self._image_info(stream, labels.get(stream, "")) for stream in self._entries},
+            text=text,
+            frame_ids=dict(notes.frame_ids) if notes else {},
+            licence=notes.licence if notes else None,
+            citation=notes.citation if notes else None,
+            not_carried=tuple(self._not_carried(found, labels)),
+            warnings=tuple(self._warnings),
+        )
+
+    def _image_info(self, stream: str, label: str) -> ImageStreamInfo:
+        entries = self._entries[stream]
+        info = ImageStreamInfo(count=len(entries), source=label)
+        sizes = (entry.place.nbytes or self._folder.size(entry.place.picture.file or "") for entry in entries)
+        info = replace(info, nbytes=sum(size or 0 for size in sizes))
+        picture = self._survey.first.get((stream, label))
+        try:
+            image = None if picture is None else self._load(picture)
+        except InputError:
+            # Reading the images will say so in its place; the header of a sequence stays readable.
+            return info
+        if image is None:
+            return info
+        return replace(
+            info,
+            encoding=image.encoding,
+            width=image.width,
+            height=image.height,
+            depth_units_per_metre=image.depth_units_per_metre,
+            compression=image.compression,
+        )
+
+    def _not_carried(self, found: Survey, labels: dict[str, str]) -> Iterator[Loss]:
+        for (label, what), count in sorted(found.not_carried.items()):
+            yield Loss(label or "rawlog", what, count, _NO_PLACE)
+        others = Counter(
+            (place.picture.label, f"{place.picture.stream} image")
+            for place in found.places
+            if labels[place.picture.stream] != place.picture.label
+        )
+        for (label, what), count in sorted(others.items()):
+            yield Loss(label, what, count, "another sensor was chosen for the stream")
+        if found.comment and self._notes is None:
+            yield Loss("comment", "comment text", 1, _NO_PLACE)
+
+    # --- the images -----------------------------------------------------------------------------------
+
+    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
+        """Return the stamps of a stream in the order of its rows."""
+        return self._stamps.get(stream, np.empty(0, np.int64))
+
+    def images(
+        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[Frame]:
+        """Yield the images.
+
+        Raises:
+            MissingInputError: An external file is missing; before the first frame is yielded.
+            InputError: The rawlog is damaged.
+
+        """
+        wanted = [
+            entry
+            for stream, entries in self._entries.items()
+            if streams is None or stream in streams
+            for entry in entries
+            if (start is None or entry.stamp >= start) and (end is None or entry.stamp <= end)
+        ]
+        wanted.sort(key=lambda entry: (entry.stamp, IMAGE_STREAMS.index(entry.stream), entry.row))
+        self._check_present(wanted)
+        return self._frames(wanted)
+
+    def _check_present(self, wanted: list[_Entry]) -> None:
+        missing = [entry for entry in wanted if not self._is_there(entry)]
+        if missing:
+            name = missing[0].place.picture.file or ""
+            raise MissingInputError(
+                f"the external file is missing; object {missing[0].place.number} of {self._path.name} "
+                f"names it, as {len(missing)} of its {len(wanted)} images are",
+                path=self._folder.locate(name),
+                hint="copy the folder of the images to the rawlog",
+            )
+
+    def _frames(self, wanted: list[_Entry]) -> Iterator[Frame]:
+        embedded = _Embedded(self._survey, wanted)
+        frame_ids = self._notes.frame_ids if self._notes else {}
+        for entry in wanted:
+            place = entry.place
+            picture = place.picture if place.picture.file is not None else embedded.take(place)
+            load = partial(self._load, picture) if picture else partial(self._load_again, place)
+            yield Frame(entry.stream, entry.stamp, entry.row, load, frame_ids.get(entry.stream))
+
+    def _load(self, picture: Picture) -> Image:
+        return picture.load(self._folder, self._notes.depth_units_per_metre if self._notes else None)
+
+    def _load_again(self, place: Place) -> Image:
+        """Read an embedded image that was not held, from the beginning of the file."""
+        for number, part, picture in _pictures(self._survey):
+            if (number, part) == (place.number, place.part):
+                return self._load(picture)
+        raise InputError(f"object {place.number} is not there any more", path=self._path)
+
+
+class _Embedded:
+    """Goes once through the file and hands out the embedded images that are wanted, in any order."""
+
+    def __init__(self, found: Survey, wanted: list[_Entry]) -> None:
+        self._pending = {
+            (entry.place.number, entry.place.part) for entry in wanted if entry.place.picture.file is None
+        }
+        self._pictures = _pictures(found)
+        self._held: dict[tuple[int, int], Picture] = {}
+        self._held_bytes = 0
+        self._position = (-1, -1)
+
+    def take(self, place: Place) -> Picture | None:
+        """Return the image of a place; None if it was too much to hold and has to be read again."""
+        key = (place.number, place.part)
+        while self._position < key:
+            number, part, picture = next(self._pictures, (place.number + 1, 0, None))
+            self._position = (number, part)
+            if picture is None or self._position not in self._pending:
+                continue
+            if self._position == key or self._held_bytes + picture.nbytes <= _HELD_BYTES:
+                self._held[self._position] = picture
+                self._held_bytes += picture.nbytes
+        held = self._held.pop(key, None)
+        if held is not None:
+            self._held_bytes -= held.nbytes
+        return held
+
+
+def _pictures(found: Survey) -> Iterator[tuple[int, int, Picture]]:
+    """Yield object number, number in the object, and image, of the part of the file that can be read."""
+    for number, record in enumerate(found.objects):
+        part = 0
+        for observation in observations_of(record):
+            for picture in pictures_of(observation):
+                yield number, part, picture
+                part += 1
+        if number + 1 == found.count:
+            return
+
+
+def _choose_labels(found: Survey, options: ReadOptions, path: Path) -> dict[str, str]:
+    """Choose the sensor of each stream.
+
+    Raises:
+        InputError: Several fit, or the one that was asked for is not there.
+
+    """
+    candidates: dict[str, Counter[str]] = {}
+    for place in found.places:
+        candidates.setdefault(place.picture.stream, Counter())[place.picture.label] += 1
+    for label, rows in found.accelerations.items():
+        candidates.setdefault(_ACCELEROMETER, Counter())[label] += len(rows.ticks)
+    chosen = {}
+    for stream, labels in candidates.items():
+        listed = ", ".join(f"{label!r} ({count})" for label, count in labels.items())
+        asked = options.topics.get(stream)
+        if asked is not None and asked not in labels:
+            raise InputError(f"no sensor {asked!r} gives {stream}; there are {listed}", path=path)
+        if asked is None and len(labels) > 1:
+            raise InputError(
+                f"several sensors give {stream}: {listed}",
+                path=path,
+                hint=f"choose one: --topic {stream}={next(iter(labels))}",
+            )
+        chosen[stream] = asked if asked is not None else next(iter(labels))
+    return chosen

@@ -1,0 +1,196 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""One pass through a rawlog: what is in it, and where its images are."""
+
+from __future__ import annotations
+
+from array import array
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+from tumtools.errors import InputError
+from tumtools.formats.rawlog import observations
+from tumtools.formats.rawlog.archive import class_of
+from tumtools.formats.rawlog.objects import Objects
+from tumtools.formats.rawlog.pictures import Picture, pictures_of
+from tumtools.model.time import ticks_to_stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tumtools.formats.rawlog.archive import Record
+    from tumtools.model.camera import CameraInfo
+
+_INT64_LIMIT: Final = 2**63
+_COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
+
+
+@dataclass(slots=True)
+class Sensor:
+    """The observations of one class under one label.
+
+    Attributes:
+        count: How many.
+        first_ticks: Earliest time; 0 if none has a time.
+        last_ticks: Latest time.
+
+    """
+
+    count: int = 0
+    first_ticks: int = 0
+    last_ticks: int = 0
+
+    def add(self, ticks: int) -> None:
+        """Count an observation; 0 ticks is no time."""
+        self.count += 1
+        if ticks:
+            self.first_ticks = min(self.first_ticks or ticks, ticks)
+            self.last_ticks = max(self.last_ticks, ticks)
+
+
+@dataclass(slots=True)
+class Accelerations:
+    """Rows of one accelerometer, in the order of the file."""
+
+    ticks: array[int] = field(default_factory=lambda: array("Q"))
+    values: array[float] = field(default_factory=lambda: array("d"))
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where an image is.
+
+    Attributes:
+        number: Number of the top-level object.
+        part: Which of the images of that object.
+        picture: Without what is embedded.
+        nbytes: Bytes embedded in the rawlog; 0 if it is an external file.
+
+    """
+
+    number: int
+    part: int
+    picture: Picture
+    nbytes: int
+
+
+@dataclass(slots=True)
+class Survey:
+    """What is in a rawlog.
+
+    Attributes:
+        objects: The file.
+        count: Top-level objects that could be read.
+        classes: How many objects of each class name and version, as spelled in the file.
+        sensors: By class and label.
+        comment: Text of the comments.
+        places: Every image with a time.
+        first: First image of each stream and label, with what is embedded.
+        accelerations: By label.
+        cameras: First intrinsics of each stream and label.
+        cameras_changed: Streams whose intrinsics change.
+        not_carried: By label and what it is.
+        euclidean: Depth images that hold distances along the ray, by label.
+        timeless: Images and accelerations without a time.
+        damage: What ended the reading before the end of the file.
+
+    """
+
+    objects: Objects
+    count: int = 0
+    classes: Counter[tuple[str, int]] = field(default_factory=Counter)
+    sensors: dict[tuple[str, str], Sensor] = field(default_factory=dict)
+    comment: str = ""
+    places: list[Place] = field(default_factory=list)
+    first: dict[tuple[str, str], Picture] = field(default_factory=dict)
+    accelerations: dict[str, Accelerations] = field(default_factory=dict)
+    cameras: dict[tuple[str, str], CameraInfo] = field(default_factory=dict)
+    cameras_changed: set[str] = field(default_factory=set)
+    not_carried: Counter[tuple[str, str]] = field(default_factory=Counter)
+    euclidean: Counter[str] = field(default_factory=Counter)
+    timeless: int = 0
+    damage: InputError | None = None
+
+    def add(self, number: int, record: Record) -> None:
+        """Take a top-level object in."""
+        self.classes[record.name, record.version] += 1
+        part = 0
+        for observation in observations_of(record):
+            if observation is not record:
+                self.classes[observation.name, observation.version] += 1
+            label, ticks = observation.text("label"), observation.integer("time")
+            if ticks and abs(ticks_to_stamp(ticks)) >= _INT64_LIMIT:
+                raise InputError(
+                    f"{observation.name} has the time {ticks}, beyond the year 2262",
+                    path=self.objects.path,
+                    location=f"object {number}, offset {observation.offset}",
+                    hint="the file is damaged; with --salvage what is before this object is read",
+                )
+            self.sensors.setdefault((observation.type, label), Sensor()).add(ticks)
+            for what in observations.not_carried(observation):
+                self.not_carried[label, what] += 1
+            for picture in pictures_of(observation):
+                self._add_picture(number, part, picture)
+                part += 1
+            self._add_cameras(observation, label)
+            self._add_other(observation, label, ticks)
+
+    def _add_picture(self, number: int, part: int, picture: Picture) -> None:
+        if not picture.ticks:
+            self.timeless += 1
+            return
+        self.first.setdefault((picture.stream, picture.label), picture)
+        bare = replace(picture, image=None, scan=None)
+        self.places.append(Place(number, part, bare, picture.nbytes))
+
+    def _add_cameras(self, observation: Record, label: str) -> None:
+        for stream, camera in observations.cameras_of(observation):
+            if self.cameras.setdefault((stream, label), camera) != camera:
+                self.cameras_changed.add(stream)
+
+    def _add_other(self, observation: Record, label: str, ticks: int) -> None:
+        if observation.type == "CObservationComment":
+            self.comment += observation.text("text")
+        elif observation.type == "CObservationIMU":
+            imu = observations.imu_of(observation)
+            if imu.has_acceleration and not ticks:
+                self.timeless += 1
+            elif imu.has_acceleration:
+                rows = self.accelerations.setdefault(label, Accelerations())
+                rows.ticks.append(ticks)
+                rows.values.extend(imu.values[:3].tolist())
+        elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
+            self.euclidean[label] += 1
+
+
+def observations_of(record: Record) -> Iterator[Record]:
+    """Yield an object, or what it is a collection of."""
+    if class_of(record.name) in _COLLECTIONS:
+        for child in record.children():
+            yield from observations_of(child)
+    else:
+        yield record
+
+
+def survey(path: Path) -> Survey:
+    """Read a rawlog once.
+
+    Damage ends the reading and is kept in `Survey.damage`; what is before it is there.
+
+    Raises:
+        MissingInputError: There is no such file.
+
+    """
+    objects = Objects(path)
+    result = Survey(objects)
+    try:
+        for number, record in enumerate(objects):
+            result.add(number, record)
+            result.count = number + 1
+    except FileNotFoundError:
+        raise
+    except InputError as error:
+        result.damage = error
+    return result

@@ -1,0 +1,414 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Write a rawlog with its folder of images and the ground truth beside it, in one of three dialects."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, cast
+
+import numpy as np
+
+from tumtools.errors import InternalError, UsageError
+from tumtools.formats.rawlog import comment
+from tumtools.formats.rawlog.classes import CODEC
+from tumtools.formats.rawlog.compression import CONTAINERS, Container, deflate, deflater
+from tumtools.formats.rawlog.dialects import (
+    DIALECTS,
+    INFRARED,
+    VISIBLE,
+    Dialect,
+    ImuRows,
+    Scan,
+    camera_record,
+    comment_bytes,
+    scan_record,
+)
+from tumtools.formats.rawlog.externals import IMAGES_SUFFIX, depth_payload, metres_payload
+from tumtools.formats.rawlog.plan import Key, Plan, Slot, plan_converter, plan_lossless
+from tumtools.formats.rawlog.reader import GROUNDTRUTH_FILE, SUFFIX
+from tumtools.formats.tum.text import fit_layout, render
+from tumtools.images import depth
+from tumtools.images.codec import pixels_of, png_of
+from tumtools.images.parallel import ordered_map
+from tumtools.model.camera import ROS_DEFAULT, calibration
+from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Loss
+from tumtools.model.text import default_layout
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from tumtools.formats.options import Progress, WriteOptions
+    from tumtools.formats.rawlog.archive import Record
+    from tumtools.formats.rawlog.compression import Deflater
+    from tumtools.model.camera import CameraInfo
+    from tumtools.model.image import Image
+    from tumtools.model.sequence import Frame, Sequence
+
+_CONVERTER_UNITS_PER_METRE: Final = 1000.0
+_IMU_BLOCK: Final = 1024
+"""Accelerometer rows encoded at a time."""
+_DEFAULT_SIZE: Final = (640, 480)
+_NS_PER_TICK: Final = 100
+_DEPTH_SHARE: Final = 0.19
+"""Typical size of a depth file as a share of 16-bit pixels, for the estimate."""
+_SCAN_BYTES, _IMU_BYTES = 45, 30
+"""Typical sizes of objects in the compressed rawlog, for the estimate."""
+
+
+def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Progress) -> tuple[Loss, ...]:
+    """Write `NAME/NAME.rawlog`, `NAME/NAME_Images/` and `NAME/groundtruth.txt`; NAME is the target's.
+
+    Args:
+        sequence: Any.
+        target: The folder to make.
+        options: `dialect`, `compression`, `camera`, `cameras`, `jobs`.
+        progress: Told of each image.
+
+    Returns:
+        What the dialect cannot hold.
+
+    Raises:
+        UsageError: An option that the dialect does not have.
+        InputError: The sequence is damaged.
+
+    """
+    dialect, container = _choices(options)
+    plan = _plan(sequence, dialect)
+    stem = target.name.removesuffix(SUFFIX)
+    images = target / f"{stem}{IMAGES_SUFFIX}"
+    images.mkdir(parents=True)
+    if sequence.groundtruth is not None:
+        (target / GROUNDTRUTH_FILE).write_bytes(_groundtruth_text(sequence))
+    store = _Store(images, dialect, container, plan.files())
+    with closing(_Objects(target / f"{stem}{SUFFIX}", deflater(container))) as out:
+        writer = _ScanWriter(out, sequence, plan, dialect, options)
+        for stored in ordered_map(store, _wanted(sequence, store.names), options.jobs):
+            writer.add(stored)
+            progress(1, stored.nbytes)
+        writer.finish()
+    return plan.losses + tuple(writer.losses())
+
+
+def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], int]:
+    """Return what is known to be lost without looking at pixels, and the estimated size in bytes."""
+    dialect, container = _choices(options)
+    found = _plan(sequence, dialect)
+    losses = list(found.losses)
+    count = sum(slot.depth is not None for slot in found.slots)
+    info = sequence.info.images.get("depth")
+    if count and info is not None:
+        units = info.depth_units_per_metre or TUM_DEPTH_UNITS_PER_METRE
+        if not dialect.lossless and units != _CONVERTER_UNITS_PER_METRE:
+            losses.append(_rounding_loss(count, dialect, 0.5 / _CONVERTER_UNITS_PER_METRE))
+    size = len(found.slots) * _SCAN_BYTES + len(found.imu_ticks) * _IMU_BYTES
+    for stream, image in sequence.info.images.items():
+        if stream != "depth" and image.compression:
+            size += image.nbytes
+        else:
+            pixels = image.count * image.width * image.height
+            share = 1.0 if container == "none" else _DEPTH_SHARE
+            size += int(pixels * 2 * share) if stream == "depth" else int(pixels * 1.5)
+    if sequence.groundtruth is not None:
+        size += len(_groundtruth_text(sequence))
+    return tuple(losses), size
+
+
+def _choices(options: WriteOptions) -> tuple[Dialect, Container]:
+    name = options.dialect or "modern"
+    if name not in DIALECTS:
+        raise UsageError(f"no dialect {name!r}", hint=f"dialects of rawlog: {', '.join(DIALECTS)}")
+    container = options.compression or "gzip"
+    if container not in CONTAINERS:
+        raise UsageError(
+            f"a rawlog is not compressed with {container}", hint=f"one of {', '.join(CONTAINERS)}"
+        )
+    if container == "zstd" and name != "modern":
+        raise UsageError(
+            f"readers of the dialect {name} do not know zstd", hint="only MRPT 3 reads it; use gzip or none"
+        )
+    return DIALECTS[name], cast("Container", container)
+
+
+def _plan(sequence: Sequence, dialect: Dialect) -> Plan:
+    return plan_lossless(sequence) if dialect.lossless else plan_converter(sequence)
+
+
+def _groundtruth_text(sequence: Sequence) -> bytes:
+    trajectory = sequence.groundtruth
+    if trajectory is None:
+        return b""
+    layout = sequence.info.text.get("groundtruth") or default_layout("groundtruth", sequence.info.name)
+    layout = fit_layout(layout, trajectory.stamps, trajectory.values)
+    return render(layout, "groundtruth", trajectory.stamps, trajectory.values)
+
+
+def _wanted(sequence: Sequence, names: Mapping[Key, list[str]]) -> Iterator[Frame]:
+    streams = sorted({stream for stream, _ in names})
+    return (frame for frame in sequence.images(streams) if (frame.stream, frame.row) in names)
+
+
+# --- external files -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Stored:
+    """An image that is in its file."""
+
+    key: Key
+    suffix: str
+    width: int
+    height: int
+    nbytes: int
+    range_units: float = 0.0
+    rounding: depth.Rounding = depth.EXACT
+
+
+@dataclass(frozen=True, slots=True)
+class _Store:
+    """Puts images into files; called by several threads."""
+
+    folder: Path
+    dialect: Dialect
+    container: Container
+    names: Mapping[Key, list[str]]
+
+    def __call__(self, frame: Frame) -> _Stored:
+        image = frame.load()
+        key = (frame.stream, frame.row)
+        stored = _Stored(key, "", image.width, image.height, 0)
+        if frame.stream == "depth":
+            payload, units, rounding = self._depth(image)
+            data: bytes | memoryview = deflate(payload, self.container)
+            stored = replace(stored, suffix=".bin", range_units=1 / units, rounding=rounding)
+        elif image.compressed is not None and image.compression == "jpeg":
+            data, stored = image.compressed, replace(stored, suffix=".jpg")
+        else:
+            data, stored = png_of(image), replace(stored, suffix=".png")
+        for name in self.names[key]:
+            with (self.folder / f"{name}{stored.suffix}").open("wb") as file:
+                file.write(data)
+        return replace(stored, nbytes=len(data) * len(self.names[key]))
+
+    def _depth(self, image: Image) -> tuple[bytes, float, depth.Rounding]:
+        """Return the content of the depth file, counts per metre, and what rounding changed."""
+        pixels = pixels_of(image)
+        units = image.depth_units_per_metre or TUM_DEPTH_UNITS_PER_METRE
+        is_float = pixels.dtype.kind == "f"
+        if self.dialect.float_depth:
+            metres = pixels if is_float else depth.to_metres(pixels.astype(np.uint16, copy=False), units)
+            return (
+                metres_payload(np.nan_to_num(metres.astype(np.float32, copy=False), nan=0.0)),
+                units,
+                depth.EXACT,
+            )
+        wanted = units if not is_float else TUM_DEPTH_UNITS_PER_METRE
+        if not self.dialect.lossless:
+            wanted = _CONVERTER_UNITS_PER_METRE
+        if is_float:
+            counts, rounding = depth.to_counts(pixels.astype(np.float32, copy=False), wanted)
+        elif wanted != units:
+            counts, rounding = depth.rescale_counts(pixels.astype(np.uint16, copy=False), units, wanted)
+        else:
+            counts, rounding = pixels.astype(np.uint16, copy=False), depth.EXACT
+        return depth_payload(counts), wanted, rounding
+
+
+# --- the rawlog ---------------------------------------------------------------------------------------
+
+
+class _Objects:
+    """The rawlog file: objects go through the compressor as they come."""
+
+    def __init__(self, path: Path, compressor: Deflater) -> None:
+        self._file = path.open("wb")
+        self._compressor = compressor
+
+    def add(self, data: bytes) -> None:
+        self._file.write(self._compressor.compress(data))
+
+    def finish(self) -> None:
+        self._file.write(self._compressor.flush())
+
+    def close(self) -> None:
+        self._file.close()
+
+
+@dataclass(slots=True)
+class _Rounded:
+    """Depth images that rounding changed."""
+
+    images: int = 0
+    total: depth.Rounding = depth.EXACT
+
+    def add(self, rounding: depth.Rounding) -> None:
+        if rounding != depth.EXACT:
+            self.images += 1
+            self.total += rounding
+
+
+@dataclass(slots=True)
+class _ScanWriter:
+    """Writes each scan, in the order of the plan, as soon as the files of its images are there."""
+
+    out: _Objects
+    sequence: Sequence
+    plan: Plan
+    dialect: Dialect
+    options: WriteOptions
+    _stored: dict[Key, _Stored] = field(init=False, default_factory=dict)
+    _cameras: dict[tuple[str, int, int], Record] = field(init=False, default_factory=dict)
+    _uses: dict[Key, int] = field(init=False)
+    _next_slot: int = field(init=False, default=0)
+    _next_row: int = field(init=False, default=0)
+    _imu: ImuRows = field(init=False)
+    _rounded: _Rounded = field(init=False, default_factory=_Rounded)
+
+    def __post_init__(self) -> None:
+        self._imu = ImuRows(self.dialect)
+        self._uses = {key: len(names) for key, names in self.plan.files().items()}
+        if self.dialect.lossless:
+            first = min(
+                [slot.ticks for slot in self.plan.slots[:1]] + self.plan.imu_ticks[:1].tolist(), default=0
+            )
+            notes = _notes(self.sequence, self.dialect, self.options)
+            self.out.add(comment_bytes(self.dialect, comment.dump(notes), first))
+
+    def add(self, stored: _Stored) -> None:
+        """Take an image in and write the scans that were waiting for it."""
+        self._stored[stored.key] = stored
+        self._rounded.add(stored.rounding)
+        slots = self.plan.slots
+        while self._next_slot < len(slots) and all(
+            key in self._stored for key in slots[self._next_slot].keys
+        ):
+            self._write_scan(slots[self._next_slot])
+            self._next_slot += 1
+
+    def finish(self) -> None:
+        """Write the accelerometer rows after the last scan.
+
+        Raises:
+            InternalError: An image of the plan never came.
+
+        """
+        if self._next_slot < len(self.plan.slots):
+            waiting = self.plan.slots[self._next_slot].keys
+            raise InternalError(f"the sequence did not deliver all of {waiting}")
+        self._write_imu(len(self.plan.imu_ticks))
+        self.out.finish()
+
+    def losses(self) -> Iterator[Loss]:
+        """Yield what was lost in the pixels."""
+        if self._rounded.images:
+            yield _rounding_loss(self._rounded.images, self.dialect, self._rounded.total.largest_error)
+        if self._rounded.total.clipped:
+            why = "the depth is outside of what 16 bits hold in this unit; it became 0, no reading"
+            yield Loss("depth", "pixels out of range", self._rounded.total.clipped, why)
+
+    def _write_scan(self, slot: Slot) -> None:
+        before = int(np.searchsorted(self.plan.imu_ticks, slot.ticks, side="left"))
+        self._write_imu(before)
+        image = self._take(slot.image)
+        depth_image = self._take(slot.depth)
+        scan = Scan(slot.ticks, channel=INFRARED if slot.image and slot.image[0] == "ir" else VISIBLE)
+        if image is not None:
+            scan = replace(scan, image_file=slot.image_file + image.suffix)
+        if depth_image is not None:
+            scan = replace(
+                scan, depth_file=slot.depth_file + depth_image.suffix, range_units=depth_image.range_units
+            )
+        stream = slot.image[0] if slot.image else "rgb"
+        record = scan_record(
+            self.dialect,
+            scan,
+            self._camera("depth", depth_image or image),
+            self._camera(stream, image or depth_image),
+        )
+        self.out.add(CODEC.encode(record))
+
+    def _take(self, key: Key | None) -> _Stored | None:
+        """Return an image, and forget it after its last use."""
+        if key is None:
+            return None
+        self._uses[key] -= 1
+        return self._stored[key] if self._uses[key] else self._stored.pop(key)
+
+    def _camera(self, stream: str, image: _Stored | None) -> Record:
+        width, height = _DEFAULT_SIZE if image is None else (image.width, image.height)
+        key = (stream, width, height)
+        if key not in self._cameras:
+            camera = _camera_of(self.sequence, self.dialect, self.options, stream, width, height)
+            self._cameras[key] = camera_record(self.dialect, camera)
+        return self._cameras[key]
+
+    def _write_imu(self, end: int) -> None:
+        accelerometer = self.sequence.accelerometer
+        while accelerometer is not None and self._next_row < end:
+            stop = min(end, self._next_row + _IMU_BLOCK)
+            rows = self.plan.imu_rows[self._next_row : stop]
+            ticks = self.plan.imu_ticks[self._next_row : stop]
+            self.out.add(self._imu.encode(ticks, accelerometer.values[rows]))
+            self._next_row = stop
+
+
+def _rounding_loss(images: int, dialect: Dialect, largest_error: float) -> Loss:
+    unit = "1 mm" if not dialect.lossless else "1/5000 m"
+    why = f"this dialect stores depth in units of {unit}"
+    return Loss("depth", f"depth rounded to {unit}", images, why, largest_error, "m")
+
+
+def _camera_of(
+    sequence: Sequence, dialect: Dialect, options: WriteOptions, stream: str, width: int, height: int
+) -> CameraInfo:
+    """Choose the intrinsics to write: asked for, the sequence's own, those of its camera, the default."""
+    if not dialect.lossless:
+        return calibration(ROS_DEFAULT, stream, *_DEFAULT_SIZE)
+    if stream in options.cameras:
+        return options.cameras[stream]
+    if options.camera is None and stream in sequence.cameras:
+        return sequence.cameras[stream]
+    return calibration(options.camera or sequence.info.camera or ROS_DEFAULT, stream, width, height)
+
+
+def _notes(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> comment.Notes:
+    info = sequence.info
+    accelerometer = sequence.accelerometer
+    streams = [stream for stream in IMAGE_STREAMS if stream in info.images]
+    columns: dict[str, npt.NDArray[np.int64]] = {stream: sequence.image_stamps(stream) for stream in streams}
+    remainders: tuple[int, ...] = ()
+    if accelerometer is not None:
+        streams.append("accelerometer")
+        columns["accelerometer"] = accelerometer.stamps
+        rest = np.sort(accelerometer.stamps, kind="stable") % _NS_PER_TICK
+        remainders = tuple(rest.tolist()) if rest.any() else ()
+    rows = {}
+    for stream, stamps in columns.items():
+        order = np.argsort(stamps, kind="stable")
+        if not np.array_equal(order, np.arange(len(order))):
+            rows[stream] = tuple(order.tolist())
+    depth_info = info.images.get("depth")
+    counts = depth_info is not None and depth_info.encoding != "32FC1"
+    asked = {
+        stream: calibration(options.camera, stream, image.width, image.height)
+        for stream, image in info.images.items()
+        if options.camera and image.width
+    }
+    return comment.Notes(
+        dialect=dialect.name,
+        name=info.name,
+        camera=info.camera,
+        licence=info.licence,
+        citation=info.citation,
+        streams=tuple(streams),
+        text={stream: layout for stream, layout in info.text.items() if stream != "groundtruth"},
+        frame_ids=dict(info.frame_ids),
+        depth_units_per_metre=depth_info.depth_units_per_metre if depth_info and counts else None,
+        accelerometer_remainders_ns=remainders,
+        rows=rows,
+        cameras={**sequence.cameras, **asked, **options.cameras},
+    )

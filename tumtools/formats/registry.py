@@ -73,7 +73,8 @@ class Format:
         writes: What is written.
         suffix: Of the file that is written; empty for a folder.
         content: Pattern that the first bytes match, after gzip or zstd is undone; None if only folders.
-        markers: A folder that holds one of these files is of this format.
+        markers: A folder that holds files of these names or patterns is of this format, or of the one
+            with most of them.
         options: Options that the writer understands -> their values, the default first.
         suffixes: Suffixes of the target that choose another container (`.tgz` for tum).
 
@@ -141,6 +142,21 @@ FORMATS: Final[dict[str, Format]] = {
                 "archive": (),
             },
         ),
+        Format(
+            name="rawlog",
+            title="MRPT rawlog: 3D scans with external images",
+            package="rawlog",
+            reads="gzip, zstd, none; all versions of 3D scans, images and IMU; embedded and external images",
+            writes="folder with NAME.rawlog, NAME_Images and groundtruth.txt",
+            suffix="",
+            content=re.compile(rb"[\x80-\xf8](mrpt::\w+::)?C[A-Z0-9]\w|[\x01-\x78]\0\0\0C[A-Z0-9]\w"),
+            markers=("*.rawlog",),
+            options={
+                "dialect": ("modern", "legacy", "converter"),
+                "compression": ("gzip", "zstd", "none"),
+                "camera": (),
+            },
+        ),
     )
 }
 
@@ -168,9 +184,14 @@ def detect(path: Path) -> Format:
 
     """
     if path.is_dir():
-        for entry in FORMATS.values():
-            if any((path / marker).is_file() for marker in entry.markers):
-                return entry
+        found = [
+            (sum(any(path.glob(marker)) for marker in entry.markers), number, entry)
+            for number, entry in enumerate(FORMATS.values())
+        ]
+        # A rawlog and a recording may have a groundtruth.txt of the first format beside them.
+        count, _, best = max(found, key=lambda item: item[:2])
+        if count:
+            return best
         known = ", ".join(marker for entry in FORMATS.values() for marker in entry.markers)
         raise InputError(f"no sequence in this folder: none of {known}", path=path)
     try:

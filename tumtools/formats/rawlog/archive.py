@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NoReturn
+from typing import TYPE_CHECKING, Final, NoReturn, TypeAlias
 
 import numpy as np
 
@@ -34,10 +34,9 @@ EMPTY: Final = "std::monostate"
 """Stands for an empty variant: no version, no body, no end mark."""
 ALIASES: Final = {"CMatrix": "CMatrixF", "CMRPTImage": "CImage", "CSensorialFrame": "CSensoryFrame"}
 
-Array = np.ndarray[tuple[int, ...], np.dtype[np.generic]]
-if TYPE_CHECKING:
-    Value = int | float | str | Array | "Record" | list["Record"] | list["Fields"] | dict[int, str]
-    Fields = dict[str, Value]
+Array: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.generic]]
+Value: TypeAlias = "int | float | str | Array | Record | list[Record] | list[Fields] | dict[int, str]"
+Fields: TypeAlias = dict[str, Value]
 
 
 def class_of(name: str) -> str:

@@ -90,7 +90,7 @@ def parse(text: str) -> Notes | None:
 
 def _layout(entry: dict[str, Any]) -> TextLayout:
     overrides = {int(row): str(line) for row, line in entry["overrides"].items()}
-    return TextLayout(**{**entry, "overrides": overrides, "order": None})
+    return TextLayout(**{**entry, "overrides": overrides})
 
 
 def _camera(entry: dict[str, Any]) -> CameraInfo:

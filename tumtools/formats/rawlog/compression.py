@@ -10,6 +10,7 @@ from typing import IO, TYPE_CHECKING, Final, Literal, Protocol
 
 import zstandard
 from isal import isal_zlib
+from isal.igzip_lib import IsalError
 
 from tumtools.errors import InputError, MissingInputError
 
@@ -67,7 +68,7 @@ class Pieces:
         """Return the next piece; empty at the end."""
         try:
             return next(self._iterator, b"")
-        except (zlib.error, isal_zlib.error, zstandard.ZstdError, EOFError) as error:
+        except (IsalError, zstandard.ZstdError, EOFError) as error:  # type: ignore[misc]  # its stub is wrong
             raise InputError(
                 f"damaged {self.container} data ({error})",
                 path=self.path,
@@ -150,7 +151,7 @@ def inflate(data: bytes, most: int, path: Path) -> bytes:
                 result, whole = reader.read(most + 1), True
             case _:
                 result, whole = data, True
-    except (isal_zlib.error, zstandard.ZstdError) as error:
+    except (IsalError, zstandard.ZstdError) as error:  # type: ignore[misc]  # its stub is wrong
         raise InputError(f"damaged compression ({error})", path=path, hint="copy the file again") from error
     if not whole:
         raise InputError("the gzip data ends too early", path=path, hint="copy the file again")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
+    from tumtools.formats.rawlog.archive import Value
     from tumtools.model.camera import CameraInfo
 
 SCAN_LABEL: Final = "KINECT"
@@ -56,11 +57,9 @@ class Dialect:
     swapped_size: bool = False
     lossless: bool = True
 
-    def record(self, name: str, **fields: object) -> Record:
+    def record(self, name: str, /, **fields: Value) -> Record:
         """Build an object of a class in its version here."""
-        record = Record(self.spelling.get(name, name), self.versions[name])
-        record.fields.update(fields)  # type: ignore[arg-type]  # keyword values are what the table takes
-        return record
+        return Record(self.spelling.get(name, name), self.versions[name], fields)
 
 
 _MODERN_VERSIONS: Final = {

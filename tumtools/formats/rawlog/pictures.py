@@ -110,6 +110,7 @@ class Picture:
             raise InputError(f"damaged image ({error})", path=folder.rawlog, location=where) from error
 
     def _load_depth(self, folder: externals.Folder, exact_units_per_metre: float | None) -> Image:
+        values: npt.NDArray[np.generic]
         if self.file is not None:
             values = externals.read_depth(folder, self.file)
         elif self.scan is not None:

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.model.sequence import Loss
-from tumtools.model.time import NANOSECONDS_PER_SECOND, decimals_needed, format_stamp, stamp_to_ticks
+from tumtools.model.time import (
+    NANOSECONDS_PER_SECOND,
+    decimals_needed,
+    format_stamp,
+    parse_stamp,
+    stamp_to_ticks,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -167,15 +173,16 @@ _CONVERTER_IMU_LIMIT: Final = 0.010
 
 
 @dataclass(slots=True)
-class _Largest:
-    """Largest change of a stamp, in seconds."""
+class _Moved:
+    """Stamps that are not what they were."""
 
-    value: float = 0.0
+    largest_ns: int = 0
     count: int = 0
 
-    def add(self, change: float) -> None:
-        self.count += 1
-        self.value = max(self.value, abs(change))
+    def add(self, change_ns: int) -> None:
+        if change_ns:
+            self.count += 1
+            self.largest_ns = max(self.largest_ns, abs(change_ns))
 
 
 @dataclass(slots=True)
@@ -211,23 +218,24 @@ def plan_converter(sequence: Sequence) -> Plan:
     scans = list(_converter_scans(clocks["rgb"], clocks["depth"]))
     rows = sequence.accelerometer
     imu = _Clock(rows.stamps if rows is not None else np.empty(0, np.int64))
-    moved = {stream: _Largest() for stream in ("rgb", "depth", "accelerometer")}
+    moved = {stream: _Moved() for stream in ("rgb", "depth", "accelerometer")}
     slots, imu_ticks, imu_rows = [], [], []
     for time, colour, depth in scans:
         ticks = int(time * 1e7) + stamp_to_ticks(0)
+        name = f"{time:.6f}"
+        stamp = parse_stamp(name)
         keys: dict[str, Key] = {}
         for stream, index in (("rgb", colour), ("depth", depth)):
             if index is not None:
                 keys[stream] = (stream, clocks[stream].rows[index])
-                moved[stream].add(time - clocks[stream].seconds[index])
-        name = f"{time:.6f}"
+                moved[stream].add(stamp - int(clocks[stream].stamps[keys[stream][1]]))
         slots.append(Slot(ticks, keys.get("rgb"), keys.get("depth"), f"{name}_rgb", f"{name}_depth"))
         reference = clocks["rgb"].seconds[colour] if colour is not None else time
         sample = imu.nearest(time)
         if sample is not None and abs(reference - imu.seconds[sample]) < _CONVERTER_IMU_LIMIT:
             imu_ticks.append(ticks)
             imu_rows.append(imu.rows[sample])
-            moved["accelerometer"].add(time - imu.seconds[sample])
+            moved["accelerometer"].add(stamp - int(imu.stamps[imu.rows[sample]]))
     losses = tuple(_converter_losses(sequence, slots, imu_rows, moved))
     return Plan(tuple(slots), np.array(imu_ticks, np.int64), np.array(imu_rows, np.intp), losses)
 
@@ -246,7 +254,7 @@ def _converter_scans(rgb: _Clock, depth: _Clock) -> Iterator[tuple[float, int | 
 
 
 def _converter_losses(
-    sequence: Sequence, slots: list[Slot], imu_rows: list[int], moved: dict[str, _Largest]
+    sequence: Sequence, slots: list[Slot], imu_rows: list[int], moved: dict[str, _Moved]
 ) -> Iterator[Loss]:
     for stream, why in (
         ("rgb", "this dialect drops colour images without a depth image within 1/60 s"),
@@ -266,7 +274,14 @@ def _converter_losses(
         yield Loss("accelerometer", "rows dropped", dropped, "this dialect stores one row per scan")
     for stream, change in moved.items():
         if change.count:
-            yield Loss(stream, "stamps replaced", change.count, _MEAN_WHY, change.value, "s")
+            yield Loss(
+                stream,
+                "stamps replaced",
+                change.count,
+                _MEAN_WHY,
+                change.largest_ns / NANOSECONDS_PER_SECOND,
+                "s",
+            )
     for stream in sequence.info.text:
         if stream != "groundtruth":
             yield Loss(

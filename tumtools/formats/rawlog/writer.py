@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.errors import InternalError, UsageError
+from tumtools.formats.options import Needs
 from tumtools.formats.rawlog import comment
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.compression import CONTAINERS, Container, deflate, deflater
@@ -64,7 +65,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     """Write `NAME/NAME.rawlog`, `NAME/NAME_Images/` and `NAME/groundtruth.txt`; NAME is the target's.
 
     Args:
-        sequence: Any.
+        sequence: Any; its depth as `needs` says.
         target: The folder to make.
         options: `dialect`, `compression`, `camera`, `cameras`, `jobs`.
         progress: Told of each image.
@@ -94,17 +95,19 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     return plan.losses + tuple(writer.losses())
 
 
+def needs(options: WriteOptions) -> Needs:
+    """Depth is written from its pixels; the dialect `converter` has it in millimetres."""
+    dialect, _ = _choices(options)
+    return Needs(
+        depth_units_per_metre=None if dialect.lossless else _CONVERTER_UNITS_PER_METRE,
+        pixel_streams=frozenset({"depth"}),
+    )
+
+
 def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], int]:
     """Return what is known to be lost without looking at pixels, and the estimated size in bytes."""
     dialect, container = _choices(options)
     found = _plan(sequence, dialect)
-    losses = list(found.losses)
-    count = sum(slot.depth is not None for slot in found.slots)
-    info = sequence.info.images.get("depth")
-    if count and info is not None:
-        units = info.depth_units_per_metre or TUM_DEPTH_UNITS_PER_METRE
-        if not dialect.lossless and units != _CONVERTER_UNITS_PER_METRE:
-            losses.append(_rounding_loss(count, dialect, 0.5 / _CONVERTER_UNITS_PER_METRE))
     size = len(found.slots) * _SCAN_BYTES + len(found.imu_ticks) * _IMU_BYTES
     for stream, image in sequence.info.images.items():
         if stream != "depth" and image.compression:
@@ -115,7 +118,7 @@ def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], i
             size += int(pixels * 2 * share) if stream == "depth" else int(pixels * 1.5)
     if sequence.groundtruth is not None:
         size += len(_groundtruth_text(sequence))
-    return tuple(losses), size
+    return found.losses, size
 
 
 def _choices(options: WriteOptions) -> tuple[Dialect, Container]:
@@ -131,7 +134,7 @@ def _choices(options: WriteOptions) -> tuple[Dialect, Container]:
         raise UsageError(
             f"readers of the dialect {name} do not know zstd", hint="only MRPT 3 reads it; use gzip or none"
         )
-    return DIALECTS[name], cast("Container", container)
+    return DIALECTS[name], container
 
 
 def _plan(sequence: Sequence, dialect: Dialect) -> Plan:
@@ -206,16 +209,12 @@ class _Store:
                 units,
                 depth.EXACT,
             )
-        wanted = units if not is_float else TUM_DEPTH_UNITS_PER_METRE
-        if not self.dialect.lossless:
-            wanted = _CONVERTER_UNITS_PER_METRE
         if is_float:
-            counts, rounding = depth.to_counts(pixels.astype(np.float32, copy=False), wanted)
-        elif wanted != units:
-            counts, rounding = depth.rescale_counts(pixels.astype(np.uint16, copy=False), units, wanted)
+            units = TUM_DEPTH_UNITS_PER_METRE
+            counts, rounding = depth.to_counts(pixels.astype(np.float32, copy=False), units)
         else:
             counts, rounding = pixels.astype(np.uint16, copy=False), depth.EXACT
-        return depth_payload(counts), wanted, rounding
+        return depth_payload(counts), units, rounding
 
 
 # --- the rawlog ---------------------------------------------------------------------------------------
@@ -305,7 +304,9 @@ class _ScanWriter:
     def losses(self) -> Iterator[Loss]:
         """Yield what was lost in the pixels."""
         if self._rounded.images:
-            yield _rounding_loss(self._rounded.images, self.dialect, self._rounded.total.largest_error)
+            why = "a depth file holds 16-bit counts"
+            error = self._rounded.total.largest_error
+            yield Loss("depth", "depth rounded to 1/5000 m", self._rounded.images, why, error, "m")
         if self._rounded.total.clipped:
             why = "the depth is outside of what 16 bits hold in this unit; it became 0, no reading"
             yield Loss("depth", "pixels out of range", self._rounded.total.clipped, why)
@@ -354,12 +355,6 @@ class _ScanWriter:
             ticks = self.plan.imu_ticks[self._next_row : stop]
             self.out.add(self._imu.encode(ticks, accelerometer.values[rows]))
             self._next_row = stop
-
-
-def _rounding_loss(images: int, dialect: Dialect, largest_error: float) -> Loss:
-    unit = "1 mm" if not dialect.lossless else "1/5000 m"
-    why = f"this dialect stores depth in units of {unit}"
-    return Loss("depth", f"depth rounded to {unit}", images, why, largest_error, "m")
 
 
 def _camera_of(

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,6 +17,13 @@ if TYPE_CHECKING:
 
 _KEY: Final = "tumtools"
 _SCHEMA: Final = 1
+_LAYOUT_PATTERNS: Final = {
+    "stamp_decimals": re.compile(r"[0-9]"),
+    "value_format": re.compile(r"%r|%\.\d{1,2}[ef]"),
+    "separator": re.compile(r"[,\s]{1,100}"),
+    "newline": re.compile(r"\r?\n"),
+}
+"""What a layout may be, so that a damaged one is not used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +36,7 @@ class Notes:
         camera: Of the sequence.
         licence: Of the data.
         citation: Of the data.
-        streams: Streams that the sequence has, empty ones too.
+        counts: Images or rows of each stream that the sequence has, empty ones too.
         text: Layout of each text file but the ground truth's, which is a file of its own.
         frame_ids: Coordinate frame of each stream.
         depth_units_per_metre: Counts that float depth came from, exactly.
@@ -44,7 +52,7 @@ class Notes:
     camera: str | None = None
     licence: str | None = None
     citation: str | None = None
-    streams: tuple[str, ...] = ()
+    counts: Mapping[str, int] = field(default_factory=dict)
     text: Mapping[str, TextLayout] = field(default_factory=dict)
     frame_ids: Mapping[str, str] = field(default_factory=dict)
     depth_units_per_metre: float | None = None
@@ -67,8 +75,8 @@ def parse(text: str) -> Notes | None:
     """
     if not text.startswith('{"' + _KEY + '"'):
         return None
-    document: dict[str, Any] = json.loads(text)[_KEY]
     try:
+        document: dict[str, Any] = json.loads(text)[_KEY]
         schema = document.pop("schema")
         if schema != _SCHEMA:
             msg = f"schema {schema} is not known, only {_SCHEMA}"
@@ -76,20 +84,26 @@ def parse(text: str) -> Notes | None:
         return Notes(
             **{
                 **document,
-                "streams": tuple(document["streams"]),
+                "name": str(document["name"]),
+                "counts": {stream: int(count) for stream, count in document["counts"].items()},
+                "frame_ids": {stream: str(name) for stream, name in document["frame_ids"].items()},
                 "text": {stream: _layout(entry) for stream, entry in document["text"].items()},
                 "accelerometer_remainders_ns": tuple(map(int, document["accelerometer_remainders_ns"])),
                 "rows": {stream: tuple(map(int, rows)) for stream, rows in document["rows"].items()},
                 "cameras": {stream: _camera(entry) for stream, entry in document["cameras"].items()},
             }
         )
-    except (AttributeError, KeyError, TypeError) as error:
+    except (AttributeError, KeyError, RecursionError, TypeError) as error:
         msg = f"a part is missing or of the wrong type ({error})"
         raise ValueError(msg) from error
 
 
 def _layout(entry: dict[str, Any]) -> TextLayout:
     overrides = {int(row): str(line) for row, line in entry["overrides"].items()}
+    for name, pattern in _LAYOUT_PATTERNS.items():
+        if not pattern.fullmatch(str(entry[name])):
+            msg = f"{name} is {entry[name]!r}"
+            raise ValueError(msg)
     return TextLayout(**{**entry, "overrides": overrides})
 
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from tumtools.formats.rawlog.archive import Record
     from tumtools.model.image import Image
 
+_MATRICES: Final = frozenset({"CMatrixF", "CMatrixD"})
 _JPEG_MAGIC: Final = b"\xff\xd8"
 _INFRARED: Final = 1
 _METRES: Final = 1.0
@@ -176,7 +177,7 @@ def units_per_metre(range_units: float) -> float:
 def _embedded_range(scan: Record) -> npt.NDArray[np.generic]:
     """Return the embedded depth, shape [rows, columns]: uint16 counts or float32 metres; may be empty."""
     holder = scan if scan.array("range").size else scan.child("range_matrix")
-    if holder is None:
+    if holder is None or (holder is not scan and holder.type not in _MATRICES):
         return np.empty((0, 0), np.uint16)
     values = holder.array("range" if holder is scan else "values")
     if values.dtype == np.float64:
@@ -212,6 +213,8 @@ def _image_of_record(image: Record) -> Image:
 
 def _first_version(image: Record) -> Image:
     channels = image.integer("channels")
+    if channels not in {1, 3}:
+        raise UnsupportedInputError(f"images with {channels} channels are not read")
     shape = (image.integer("height"), image.integer("width"), channels)
     pixels = image.array("data").reshape(shape)
     if not image.integer("origin_top_left"):

@@ -115,6 +115,7 @@ class RawlogSequence(Sequence):
             for stream, entries in self._entries.items()
         }
         self.accelerometer = self._make_accelerometer(found, labels.get(_ACCELEROMETER))
+        self._drop_stale_notes()
         self.groundtruth, text = self._read_groundtruth()
         self.cameras = (
             self._notes.cameras
@@ -145,7 +146,7 @@ class RawlogSequence(Sequence):
 
     def _make_entries(self, places: list[Place]) -> dict[str, list[_Entry]]:
         """Give every image its stamp and its row; in the order of the rows."""
-        listed = self._notes.streams if self._notes else ()
+        listed = self._notes.counts if self._notes else ()
         entries: dict[str, list[_Entry]] = {stream: [] for stream in IMAGE_STREAMS if stream in listed}
         for place in places:
             stream = place.picture.stream
@@ -166,7 +167,7 @@ class RawlogSequence(Sequence):
     def _make_accelerometer(self, found: Survey, label: str | None) -> Accelerometer | None:
         rows = found.accelerations.get(label) if label is not None else None
         if rows is None:
-            return Accelerometer.empty() if self._notes and _ACCELEROMETER in self._notes.streams else None
+            return Accelerometer.empty() if self._notes and _ACCELEROMETER in self._notes.counts else None
         ticks = np.array(rows.ticks, np.uint64).astype(np.int64)
         stamps = (ticks - stamp_to_ticks(0)) * 100
         values = np.array(rows.values).reshape(-1, 3)
@@ -189,6 +190,24 @@ class RawlogSequence(Sequence):
             back = np.argsort(order)
             stamps, values = stamps[back], values[back]
         return Accelerometer(stamps, values)
+
+    def _drop_stale_notes(self) -> None:
+        """Forget what the comment says of single rows of streams that have been cut since."""
+        if self._notes is None:
+            return
+        counts = {stream: len(stamps) for stream, stamps in self._stamps.items()}
+        if self.accelerometer is not None:
+            counts[_ACCELEROMETER] = len(self.accelerometer)
+        text = dict(self._notes.text)
+        for stream, layout in self._notes.text.items():
+            now, written = counts.get(stream, 0), self._notes.counts.get(stream, 0)
+            if now != written:
+                text[stream] = replace(layout, overrides={}, tail="", final_newline=True)
+                self._warnings.append(
+                    f"{self._path}: {now} of the {written} rows of {stream} are there; "
+                    "the rawlog has been edited since it was written"
+                )
+        self._notes = replace(self._notes, text=text)
 
     def _read_groundtruth(self) -> tuple[Trajectory | None, dict[str, TextLayout]]:
         """Read the text file beside the rawlog."""

@@ -34,7 +34,7 @@ from tumtools.images import depth
 from tumtools.images.codec import pixels_of, png_of
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import ROS_DEFAULT, calibration
-from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Loss
+from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE, Loss
 from tumtools.model.text import default_layout
 
 if TYPE_CHECKING:
@@ -373,11 +373,11 @@ def _camera_of(
 def _notes(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> comment.Notes:
     info = sequence.info
     accelerometer = sequence.accelerometer
-    streams = [stream for stream in IMAGE_STREAMS if stream in info.images]
-    columns: dict[str, npt.NDArray[np.int64]] = {stream: sequence.image_stamps(stream) for stream in streams}
+    columns: dict[str, npt.NDArray[np.int64]] = {
+        stream: sequence.image_stamps(stream) for stream in info.images
+    }
     remainders: tuple[int, ...] = ()
     if accelerometer is not None:
-        streams.append("accelerometer")
         columns["accelerometer"] = accelerometer.stamps
         rest = np.sort(accelerometer.stamps, kind="stable") % _NS_PER_TICK
         remainders = tuple(rest.tolist()) if rest.any() else ()
@@ -399,7 +399,7 @@ def _notes(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> comme
         camera=info.camera,
         licence=info.licence,
         citation=info.citation,
-        streams=tuple(streams),
+        counts={stream: len(stamps) for stream, stamps in columns.items()},
         text={stream: layout for stream, layout in info.text.items() if stream != "groundtruth"},
         frame_ids=dict(info.frame_ids),
         depth_units_per_metre=depth_info.depth_units_per_metre if depth_info and counts else None,

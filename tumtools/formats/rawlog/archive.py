@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Final, NoReturn, Protocol, TypeAlias
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from tumtools.errors import InputError
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from tumtools.formats.rawlog.compression import Pieces
 
 END_MARK: Final = 0x88
 MODERN_MARK: Final = 0x80
@@ -103,6 +102,16 @@ class Record:
         return [item for item in value if isinstance(item, Record)] if isinstance(value, list) else []
 
 
+class PieceSource(Protocol):
+    """Where the bytes come from (`compression.Pieces`)."""
+
+    def next(self) -> bytes:
+        """Return the next piece; empty at the end."""
+
+    def bytes_left(self) -> int:
+        """Return an upper bound of the bytes that are still to come."""
+
+
 class Input:
     """A cursor over a stream; every size is checked against the bytes left before memory is taken.
 
@@ -115,7 +124,7 @@ class Input:
 
     """
 
-    def __init__(self, pieces: Pieces, path: str) -> None:
+    def __init__(self, pieces: PieceSource, path: str) -> None:
         self._pieces = pieces
         self._buffer = memoryview(b"")
         self._position = 0

@@ -64,14 +64,20 @@ class Objects:
         with closing(Pieces(self.path)) as pieces:
             source = Input(pieces, str(self.path))
             self.progress = Progress(pieces.container, pieces.size)
-            for record in _top_level(source):
+            for record in top_level(source):
                 self.progress.objects += 1
                 self.progress.inflated = source.offset
                 yield record
             self.progress.inflated = source.offset
 
 
-def _top_level(source: Input) -> Iterator[Record]:
+def top_level(source: Input) -> Iterator[Record]:
+    """Yield the objects of a stream, a `CRawlog` as what it contains.
+
+    Raises:
+        InputError: Damage, with number and offset of the object.
+
+    """
     number = 0
     while not source.at_end():
         source.context = f"object {number}"

@@ -27,6 +27,7 @@ _SWAPPED_UNTIL: Final = 1
 """Versions up to this have yaw and roll rate the other way round."""
 _SWAPPED_SIZE_UNTIL: Final = 8
 _DISTORTION_MODELS: Final = {0: "plumb_bob", 1: "plumb_bob", 2: "equidistant"}
+_WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage", "CObservationIMU"})
 _RATIONAL: Final = "rational_polynomial"
 _PLUMB_BOB_COEFFICIENTS: Final = 5
 
@@ -113,24 +114,21 @@ def camera_of(record: Record | None, swapped: bool = False) -> CameraInfo | None
     return CameraInfo(pinhole.width, pinhole.height, pinhole.k, pinhole.d, pinhole.r, pinhole.p, model)
 
 
-def label_of(record: Record) -> str:
-    """Return the sensor label of an observation."""
-    return record.text("label")
+def _moves(pose: Record | None) -> bool:
+    """Tell whether a pose shifts or turns anything."""
+    if pose is None or not pose.array("values").size:
+        return False
+    position, rotation = np.split(pose.array("values").astype(np.float64), [3])
+    still = (1, 0, 0, 0) if len(rotation) == 4 else (1, 0, 0, 0, 1, 0, 0, 0, 1)  # noqa: PLR2004 - w x y z
+    return bool(position.any()) or len(rotation) != len(still) or not np.allclose(rotation, still)
 
 
 def not_carried(record: Record) -> Iterator[str]:
     """Name what an observation holds and the model has no place for."""
+    if record.type in _WITH_STREAMS and _moves(record.child("sensor_pose")):
+        yield "pose of the sensor on the robot"
     if record.type == "CObservation3DRangeScan":
-        if record.integer("point_count") or (
-            record.integer("has_points", 1) and record.integer("points_external")
-        ):
-            yield "point cloud"
-        for flag, what in (("has_confidence", "confidence image"), ("has_labels", "pixel labels")):
-            if record.integer(flag):
-                yield what
-        layers = record.fields.get("layers")
-        if isinstance(layers, list) and layers:
-            yield "extra range layers"
+        yield from _beside_the_images(record)
     elif record.type == "CObservationIMU":
         imu = imu_of(record)
         if not imu.has_acceleration:
@@ -139,3 +137,17 @@ def not_carried(record: Record) -> Iterator[str]:
             yield "inertial values besides acceleration"
     elif record.type not in {"CObservationImage", "CObservationComment"}:
         yield record.type
+
+
+def _beside_the_images(scan: Record) -> Iterator[str]:
+    if scan.integer("point_count") or (scan.integer("has_points", 1) and scan.integer("points_external")):
+        yield "point cloud"
+    if scan.integer("has_confidence"):
+        yield "confidence image"
+    if scan.integer("has_labels"):
+        yield "pixel labels"
+    if scan.fields.get("layers"):
+        yield "extra range layers"
+    relative = scan.child("intensity_pose")
+    if relative is not None and relative.array("values")[:3].any():
+        yield "position of the colour camera in the depth camera"

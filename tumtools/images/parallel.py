@@ -11,7 +11,7 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING, Final, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Generator, Iterable, Iterator
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -21,7 +21,7 @@ _POLL_SECONDS: Final = 0.2
 
 def ordered_map(
     function: Callable[[Item], Result], items: Iterable[Item], jobs: int, window: int | None = None
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """Yield `function(item)` for each item, in order, computed by threads.
 
     The items are taken from the iterable in the caller's thread. At most `window` results are waited for
@@ -49,9 +49,8 @@ def ordered_map(
         while pending:
             yield pending.popleft().result()
     finally:
-        for future in pending:
-            future.cancel()
-        pool.shutdown(wait=True)
+        # No waiting: the garbage collector may be what ends us, inside any lock of this or another pool.
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def read_ahead(items: Iterable[Item], window: int) -> Iterator[Item]:

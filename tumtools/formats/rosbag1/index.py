@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""What is where in a ROS 1 bag, by its index."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.formats.rosbag1.records import BAG_HEADER_SIZE, MAGIC, Block, Op, Record, read_record
+from tumtools.formats.rosbag1.scan import Scan
+from tumtools.formats.rosbag1.structure import (
+    ENTRY,
+    BagIndex,
+    Chunk,
+    Connection,
+    parse_chunk,
+    parse_connection,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+_FILE_ENTRY: Final = np.dtype([("seconds", "<u4"), ("nanoseconds", "<u4"), ("offset", "<u4")])
+_COUNT: Final = np.dtype([("connection", "<u4"), ("count", "<u4")])
+
+
+def read_index(file: Block, *, salvage: bool = False) -> BagIndex:
+    """Read the index of a bag, or scan the bag where it has none.
+
+    Args:
+        file: The whole file.
+        salvage: Do not trust the index but scan, and leave out what is damaged instead of failing.
+
+    Raises:
+        InputError: The file is no bag or damaged.
+
+    """
+    at = _check_magic(file)
+    try:
+        header = read_record(file, at).expect(Op.BAG_HEADER, "the bag's header")
+        index_at = header.number(b"index_pos", 8)
+    except InputError as error:
+        if not salvage:
+            raise
+        return Scan(file, salvage=True, damage=[error]).run(at + 8 + BAG_HEADER_SIZE)
+    if bytes(header.fields.get(b"encryptor", b"")):
+        raise UnsupportedInputError("an encrypted bag", path=file.path, hint="decrypt it with rosbag first")
+    if salvage or index_at == 0:
+        found = Scan(file, salvage=salvage).run(header.data_end)
+        unindexed = "the bag has no index, its recorder was interrupted; its chunks were scanned instead"
+        return replace(found, warnings=(*(() if index_at else (unindexed,)), *found.warnings))
+    return _from_index(file, header, index_at)
+
+
+def _check_magic(file: Block) -> int:
+    """Return the offset of the first record."""
+    if not len(file.data):
+        raise InputError("the file is empty (0 bytes), expected a ROS bag", path=file.path)
+    start = bytes(file.data[: len(MAGIC)])
+    if start == MAGIC:
+        return len(MAGIC)
+    if start.startswith((b"#ROSBAG V1", b"#ROSRECORD")):
+        version = str(start, "ascii", "replace").split()[-1]
+        raise UnsupportedInputError(
+            f"a ROS bag of version {version}, only 2.0 is read",
+            path=file.path,
+            location="offset 0",
+            hint="convert it with `rosbag migrate` or `rosbag fix`",
+        )
+    raise InputError(
+        f"not a ROS bag: it begins with {start!r}, not {MAGIC!r}", path=file.path, location="offset 0"
+    )
+
+
+def _from_index(file: Block, header: Record, index_at: int) -> BagIndex:
+    if not header.data_end <= index_at <= len(file.data):
+        raise file.damage(
+            f"the index should be at offset {index_at}, outside the {len(file.data)} bytes of the file; "
+            "the file was cut or not finished",
+            header.offset,
+        )
+    connections: dict[int, Connection] = {}
+    infos: list[Record] = []
+    at = index_at
+    while at < len(file.data):
+        record = read_record(file, at)
+        if record.op == Op.CONNECTION:
+            number, connection = parse_connection(record)
+            connections[number] = connection
+        else:
+            infos.append(record.expect(Op.CHUNK_INFO, "a connection or a chunk info"))
+        at = record.data_end
+    for what, name, found in (
+        ("connections", b"conn_count", len(connections)),
+        ("chunks", b"chunk_count", len(infos)),
+    ):
+        promised = header.number(name, 4)
+        if promised != found:
+            raise file.damage(f"the index has {found} {what}, the bag's header promises {promised}", index_at)
+    infos.sort(key=lambda info: info.number(b"chunk_pos", 8))
+    chunks: list[Chunk] = []
+    entries: list[npt.NDArray[np.void]] = []
+    for info in infos:
+        chunk = parse_chunk(read_record(file, _chunk_offset(info, index_at)))
+        entries += _index_of_chunk(file, chunk, len(chunks), info, connections)
+        chunks.append(chunk)
+    return BagIndex(connections, chunks, np.concatenate(entries) if entries else np.empty(0, ENTRY))
+
+
+def _chunk_offset(info: Record, index_at: int) -> int:
+    offset = info.number(b"chunk_pos", 8)
+    if offset >= index_at:
+        raise info.block.damage(f"a chunk is said to be at offset {offset}, behind the index", info.offset)
+    return offset
+
+
+def _index_of_chunk(
+    file: Block, chunk: Chunk, number: int, info: Record, connections: dict[int, Connection]
+) -> list[npt.NDArray[np.void]]:
+    """Read the index records that follow a chunk; they must have what the chunk info says."""
+    if info.number(b"ver", 4) != 1:
+        raise UnsupportedInputError(
+            "a chunk info of another version than 1", path=file.path, location=f"offset {info.offset}"
+        )
+    promised = dict(_table(info, _COUNT).tolist())
+    arrays: list[npt.NDArray[np.void]] = []
+    at = chunk.end
+    for _ in promised:
+        record = read_record(file, at).expect(Op.INDEX, "the index of a chunk")
+        connection = record.number(b"conn", 4)
+        table = _table(record, _FILE_ENTRY)
+        if connection not in connections or promised.get(connection) != len(table):
+            message = (
+                f"the index of a chunk has {len(table)} messages of connection {connection}, "
+                f"its chunk info says {promised.get(connection, 0)}"
+            )
+            raise file.damage(message, at)
+        if len(table) and int(table["offset"].max()) >= chunk.size:
+            raise file.damage(f"an index points behind the end of its chunk ({chunk.size} bytes)", at)
+        entries = np.empty(len(table), ENTRY)
+        entries["time"] = table["seconds"].astype(np.int64) * 1_000_000_000 + table["nanoseconds"]
+        entries["chunk"], entries["offset"], entries["connection"] = number, table["offset"], connection
+        arrays.append(entries)
+        at = record.data_end
+    return arrays
+
+
+def _table(record: Record, dtype: np.dtype[np.void]) -> npt.NDArray[np.void]:
+    """Return the data of a record, which is `count` rows."""
+    count, data = record.number(b"count", 4), record.data
+    if len(data) != count * dtype.itemsize:
+        message = f"{count} rows of {dtype.itemsize} bytes announced, but {len(data)} bytes of data"
+        raise record.block.damage(message, record.offset)
+    return np.frombuffer(data, dtype)

@@ -31,7 +31,7 @@ class Report:
         rows: Rows of the signals written.
         nbytes: Size of the target; estimated for a dry run.
         losses: Everything that was changed or dropped.
-        warnings: Of the source.
+        warnings: What was assumed; those of the source are in its header.
         verified: Whether the result was read back and compared.
         dry_run: Whether nothing was written.
 
@@ -116,15 +116,15 @@ def convert(
     registry.check_options(entry, write_options)
     needs = entry.writer.needs(write_options)
     prepared = _prepare(sequence, options.selection, needs)
-    planned, size = entry.writer.plan(prepared, write_options)
+    plan = entry.writer.plan(prepared, write_options)
     report = Report(
         target=target,
         format=to,
         frames=sum(info.count for info in prepared.info.images.values()),
         rows=sum(len(s) for s in (prepared.groundtruth, prepared.accelerometer) if s is not None),
-        nbytes=size,
-        losses=_merge(sequence.info.not_carried, planned),
-        warnings=sequence.info.warnings,
+        nbytes=plan.nbytes,
+        losses=_merge(sequence.info.not_carried, plan.losses),
+        warnings=plan.warnings,
         verified=False,
     )
     if options.dry_run:

@@ -106,6 +106,8 @@ def command(
             report = convert(
                 sequence, path, to, write_options, convert_options, progress=bar, verify_progress=verify_bar
             )
+    for text in report.warnings:
+        output.warning(text)
     if as_json:
         output.print_json(_document(source, report))
     else:

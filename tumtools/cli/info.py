@@ -33,7 +33,7 @@ def command(source: str, topics: tuple[str, ...], salvage: bool, as_json: bool) 
     if entry is not None:
         show_entry(entry, as_json=as_json)
         return
-    with open_source(source, options.make_read_options(topics, salvage)) as sequence:
+    with open_source(source, options.make_read_options(topics, salvage, lenient=True)) as sequence:
         document = describe(source, sequence)
     if as_json:
         output.print_json(document)

@@ -88,11 +88,11 @@ def parse_pairs(pairs: tuple[str, ...], option: str) -> dict[str, str]:
     return result
 
 
-def make_read_options(topics: tuple[str, ...], salvage: bool) -> ReadOptions:
+def make_read_options(topics: tuple[str, ...], salvage: bool, *, lenient: bool = False) -> ReadOptions:
     """Build the options of reading."""
     from tumtools.formats.options import ReadOptions
 
-    return ReadOptions(topics=parse_pairs(topics, "--topic"), salvage=salvage)
+    return ReadOptions(topics=parse_pairs(topics, "--topic"), salvage=salvage, lenient=lenient)
 
 
 def path_or_none(value: str | None) -> Path | None:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from tumtools.model.camera import CameraInfo
+    from tumtools.model.sequence import Loss
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +22,13 @@ class ReadOptions:
         topics: Stream -> topic, for recordings where the streams cannot be told by type alone.
         salvage: Deliver what is readable of a damaged source before the damage, and warn, instead of
             failing.
+        lenient: Leave streams out for which several topics could be meant, and warn, instead of failing.
 
     """
 
     topics: Mapping[str, str] = field(default_factory=dict)
     salvage: bool = False
+    lenient: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +85,22 @@ class Needs:
     depth_units_per_metre: float | None = None
     pixel_streams: frozenset[str] = frozenset()
     drops: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a writer can tell before it writes, without looking at pixels.
+
+    Attributes:
+        losses: What would be lost.
+        nbytes: Estimated size of the target.
+        warnings: What it assumes.
+
+    """
+
+    losses: tuple[Loss, ...] = ()
+    nbytes: int = 0
+    warnings: tuple[str, ...] = ()
 
 
 class Progress(Protocol):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions
+    from tumtools.formats.options import Needs, Plan, Progress, ReadOptions, WriteOptions
     from tumtools.model.sequence import Loss, Sequence
 
 _HEAD_BYTES: Final = 1024
@@ -57,8 +57,8 @@ class Writer(Protocol):
     def needs(self, options: WriteOptions) -> Needs:
         """Return what the writer must be given."""
 
-    def plan(self, sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], int]:
-        """Return what is known to be lost without looking at pixels, and the estimated size in bytes."""
+    def plan(self, sequence: Sequence, options: WriteOptions) -> Plan:
+        """Return what can be told before anything is written."""
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,12 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
+
+    import numpy.typing as npt
 
     from tumtools.model.sequence import Loss
 
@@ -98,6 +102,10 @@ class Recording(ABC):
             InputError: Damage, with the offset and what was expected there.
 
         """
+
+    def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
+        """Return the log times of the messages of a channel, in order; from an index where there is one."""
+        return np.array([message.log_time for message in self.messages([channel])], np.int64)
 
     @abstractmethod
     def close(self) -> None:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.formats.options import Needs
+from tumtools.formats.options import Needs, Plan
+from tumtools.formats.tum.members import check_name
 from tumtools.formats.tum.text import fit_layout, render, render_rows
 from tumtools.images.codec import png_of
 from tumtools.images.parallel import ordered_map
@@ -74,8 +75,8 @@ def needs(options: WriteOptions) -> Needs:
     return Needs(depth_units_per_metre=TUM_DEPTH_UNITS_PER_METRE)
 
 
-def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], int]:
-    """Return the losses, and the estimated size in bytes."""
+def plan(sequence: Sequence, options: WriteOptions) -> Plan:
+    """Return the losses, and the estimated size."""
     del options
     size = sum(map(len, _texts(sequence, _layouts(sequence)).values()))
     for info in sequence.info.images.values():
@@ -83,14 +84,19 @@ def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], i
             size += info.nbytes
         else:
             size += int(info.nbytes * _PNG_SHARE.get(info.encoding or "", 0.5))
-    return _losses(sequence), size
+    return Plan(_losses(sequence), size)
 
 
 def _losses(sequence: Sequence) -> tuple[Loss, ...]:
-    return tuple(
+    calibrations = [
         Loss(stream, "calibration", 1, "the layout has no place for a calibration of the recording's own")
         for stream in sequence.cameras
-    )
+    ]
+    frames = [
+        Loss(stream, f"frame id {frame}", 1, "the layout has no place for names of coordinate frames")
+        for stream, frame in sequence.info.frame_ids.items()
+    ]
+    return (*calibrations, *frames)
 
 
 def _layouts(sequence: Sequence) -> dict[str, TextLayout]:
@@ -149,7 +155,8 @@ def _image_names(sequence: Sequence, stream: str, layout: TextLayout) -> list[st
     names = [row.split(" ")[1] for row in rows]
     for row, text in layout.overrides.items():
         names[row] = text.rsplit("\n", 1)[-1].replace(",", " ").split()[1]
-    return names
+    # Literal rows come from the source, which may be anybody's.
+    return [check_name(name, f"the list of {stream} images") for name in names]
 
 
 class _Sink(ABC):

@@ -1,0 +1,303 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The structure of a MCAP file: by its summary where there is one, else by scanning its records."""
+
+from __future__ import annotations
+
+import mmap
+import struct
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import lz4.frame
+import zstandard
+from isal import isal_zlib
+
+from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.formats.mcap.records import (
+    CHUNK_HEADER,
+    FOOTER,
+    FOOTER_RECORD_SIZE,
+    MAGIC,
+    MESSAGE_HEADER,
+    RECORD_HEADER,
+    Fields,
+    Op,
+)
+from tumtools.formats.metadata import RECORD
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+LOOSE: Final = -1
+"""Chunk number of messages that are in no chunk."""
+_MAX_CHUNK_BYTES: Final = 1 << 28
+"""A chunk that says it is larger than 256 MiB is taken for damaged; writers make them of a few MB."""
+_CHUNK_INDEX: Final = struct.Struct("<QQQQ")
+"""First and last log time, offset and size of the chunk's record."""
+_CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
+
+
+@dataclass(frozen=True, slots=True)
+class Schema:
+    """A message type."""
+
+    name: str
+    encoding: str
+    definition: str
+
+
+@dataclass(frozen=True, slots=True)
+class RawChannel:
+    """A topic; `schema` is the number of its schema, 0 for none."""
+
+    schema: int
+    topic: str
+    encoding: str
+    extra: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkPlace:
+    """Where a chunk is.
+
+    Attributes:
+        offset: Of its record.
+        index: Channel -> offset of its message index; empty if the chunk has none.
+
+    """
+
+    offset: int
+    index: Mapping[int, int]
+
+
+class McapFile:
+    """The records of a MCAP file, apart from the messages.
+
+    Args:
+        path: The file.
+        salvage: Read up to the damage and warn, where it would be an error.
+
+    Attributes:
+        schemas: By number.
+        channels: By number.
+        chunks: In the order of the file.
+        counts: Messages of each channel, if the file has statistics.
+        scanned: Channel -> (log time, chunk, offset) of each message; only if there was no index.
+        metadata: The record named `tumtools`, if any.
+        attachments: How many there are.
+        warnings: What was wrong and has been passed over.
+
+    Raises:
+        InputError: It is damaged, with the offset.
+
+    """
+
+    def __init__(self, path: Path, *, salvage: bool = False) -> None:
+        self.path = str(path)
+        with path.open("rb") as file:
+            self.data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        self._salvage = salvage
+        self.warnings: list[str] = []
+        self.metadata: Mapping[str, str] | None = None
+        self._start_again()
+        if bytes(self.data[: len(MAGIC)]) != MAGIC:
+            raise self.error("not a MCAP file", 0)
+        try:
+            if not self._read_summary():
+                self._scan()
+        except InputError as error:
+            if not salvage:
+                raise self._located(error) from error
+            self.warnings.append(f"{self._located(error)}; what stands before the damage is used")
+            self._scan()
+
+    def _start_again(self) -> None:
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, RawChannel] = {}
+        self.chunks: list[ChunkPlace] = []
+        self.counts: Mapping[int, int] | None = None
+        self.scanned: dict[int, list[tuple[int, int, int]]] = {}
+        self.attachments = 0
+
+    def error(self, message: str, offset: int, hint: str | None = None) -> InputError:
+        """Return an error at an offset of this file."""
+        return InputError(message, path=self.path, location=f"offset {offset}", hint=hint)
+
+    def _located(self, error: InputError) -> InputError:
+        if error.path:
+            return error
+        return type(error)(error.message, path=self.path, location=error.location, hint=error.hint)
+
+    def record(self, offset: int, limit: int) -> tuple[int, memoryview, int]:
+        """Return opcode, content and end of a record."""
+        start = offset + RECORD_HEADER.size
+        if start > limit:
+            raise self.error(f"the file is cut off: a record needs {RECORD_HEADER.size} bytes", offset)
+        op, length = RECORD_HEADER.unpack_from(self.data, offset)
+        if length > limit - start:
+            raise self.error(
+                f"the record 0x{op:02x} says it has {length} bytes, {limit - start} are left",
+                offset,
+                _CUT_OFF,
+            )
+        return op, self.data[start : start + length], start + length
+
+    def _read_summary(self) -> bool:
+        """Read footer and summary; False if there is no index of chunks."""
+        end = len(self.data) - len(MAGIC)
+        if end < len(MAGIC) + FOOTER_RECORD_SIZE or bytes(self.data[end:]) != MAGIC:
+            raise self.error(
+                "the file has no footer: it does not end as a MCAP file does", len(self.data), _CUT_OFF
+            )
+        footer = end - FOOTER_RECORD_SIZE
+        op, content, _ = self.record(footer, end)
+        if op != Op.FOOTER:
+            raise self.error(f"there is a record 0x{op:02x} where the footer should be", footer, _CUT_OFF)
+        start, _, crc = FOOTER.unpack(content)
+        if not start:
+            return False
+        if start > footer:
+            raise self.error("the footer points outside of the file", footer)
+        if crc and isal_zlib.crc32(self.data[start : end - 4]) != crc:
+            raise self.error("the CRC of the summary is wrong", start, "the file is damaged; get it again")
+        offset = start
+        while offset < footer:
+            op, content, following = self.record(offset, footer)
+            self._take_record(op, content, offset)
+            offset = following
+        return bool(self.chunks) or self.counts == {}
+
+    def _scan(self) -> None:
+        """Read all records of the data section, in order, for want of an index."""
+        offset, end = len(MAGIC), len(self.data)
+        self._start_again()
+        while offset < end:
+            try:
+                op, content, following = self.record(offset, end)
+                if op in {Op.FOOTER, Op.DATA_END}:
+                    return
+                if op == Op.CHUNK:
+                    self._scan_chunk(offset)
+                elif op == Op.MESSAGE:
+                    self._note_loose(content, offset)
+                else:
+                    self._take_record(op, content, offset)
+            except InputError as error:
+                if not self._salvage:
+                    raise
+                self.warnings.append(f"{self._located(error)}; what stands before is used")
+                return
+            offset = following
+
+    def _take_record(self, op: int, content: memoryview, offset: int) -> None:
+        fields = Fields(content, offset + RECORD_HEADER.size)
+        if op == Op.SCHEMA:
+            number = fields.number("H")
+            name, encoding = fields.string(), fields.string()
+            text = bytes(fields.blob()).decode("utf-8", "replace")
+            self.schemas[number] = Schema(name, encoding, text)
+        elif op == Op.CHANNEL:
+            number, schema = fields.number("H"), fields.number("H")
+            self.channels[number] = RawChannel(schema, fields.string(), fields.string(), fields.string_map())
+        elif op == Op.CHUNK_INDEX:
+            _, _, start, _ = fields.unpack(_CHUNK_INDEX)
+            self.chunks.append(ChunkPlace(start, fields.number_map()))
+        elif op == Op.STATISTICS:
+            fields.take(8 + 2 + 4 * 4 + 2 * 8)
+            self.counts = fields.number_map()
+        elif op == Op.METADATA_INDEX:
+            place, _ = fields.number("Q"), fields.number("Q")
+            if fields.string() == RECORD:
+                self._take_metadata(place)
+        elif op == Op.METADATA:
+            self._take_metadata(offset)
+        elif op in {Op.ATTACHMENT, Op.ATTACHMENT_INDEX}:
+            self.attachments += 1
+
+    def _take_metadata(self, offset: int) -> None:
+        op, content, _ = self.record(offset, len(self.data))
+        if op != Op.METADATA:
+            raise self.error(f"the index names a metadata record here, there is 0x{op:02x}", offset)
+        fields = Fields(content, offset + RECORD_HEADER.size)
+        if fields.string() == RECORD:
+            self.metadata = fields.string_map()
+
+    def _scan_chunk(self, offset: int) -> None:
+        number = len(self.chunks)
+        self.chunks.append(ChunkPlace(offset, {}))
+        try:
+            records = self.chunk(number)
+            for op, content, place in self.inner(records, offset):
+                if op == Op.MESSAGE:
+                    channel, _, time, _ = MESSAGE_HEADER.unpack_from(content)
+                    self._note(channel, time, number, place)
+                else:
+                    self._take_record(op, content, offset)
+        except InputError:
+            self.chunks.pop()
+            raise
+
+    def inner(self, records: memoryview, offset: int) -> Iterator[tuple[int, memoryview, int]]:
+        """Yield opcode, content and offset of the records of a chunk."""
+        place = 0
+        while place < len(records):
+            start = place + RECORD_HEADER.size
+            length = 0
+            if start <= len(records):
+                op, length = RECORD_HEADER.unpack_from(records, place)
+            if start + length > len(records) or (op == Op.MESSAGE and length < MESSAGE_HEADER.size):
+                raise self.error(f"a record of this chunk does not fit into it, at {place}", offset)
+            yield op, records[start : start + length], place
+            place = start + length
+
+    def _note(self, channel: int, time: int, chunk: int, offset: int) -> None:
+        self.scanned.setdefault(channel, []).append((time, chunk, offset))
+
+    def _note_loose(self, content: memoryview, offset: int) -> None:
+        if len(content) < MESSAGE_HEADER.size:
+            raise self.error("a message record without its header", offset)
+        channel, _, time, _ = MESSAGE_HEADER.unpack_from(content)
+        self._note(channel, time, LOOSE, offset)
+
+    def chunk(self, number: int) -> memoryview:
+        """Return the records of a chunk, uncompressed, their CRC checked.
+
+        Raises:
+            InputError: The chunk is damaged.
+            UnsupportedInputError: A compression that is not known.
+
+        """
+        offset = self.chunks[number].offset
+        op, content, _ = self.record(offset, len(self.data))
+        if op != Op.CHUNK:
+            raise self.error(f"the index names a chunk here, there is a record 0x{op:02x}", offset)
+        fields = Fields(content, offset + RECORD_HEADER.size)
+        _, _, size, crc = fields.unpack(CHUNK_HEADER)
+        compression = fields.string()
+        packed = fields.take(fields.number("Q"))
+        if size > _MAX_CHUNK_BYTES:
+            raise self.error(
+                f"the chunk says it has {size} bytes; none has more than {_MAX_CHUNK_BYTES}", offset
+            )
+        records = self._unpack(packed, compression, size, offset)
+        if len(records) != size:
+            raise self.error(f"the chunk has {len(records)} bytes, its header says {size}", offset)
+        if crc and isal_zlib.crc32(records) != crc:
+            raise self.error("the CRC of the chunk is wrong", offset, "the file is damaged; get it again")
+        return records
+
+    def _unpack(self, packed: memoryview, compression: str, size: int, offset: int) -> memoryview:
+        if not compression:
+            return packed
+        if compression not in {"zstd", "lz4"}:
+            raise UnsupportedInputError(
+                f"chunks compressed with {compression!r}", path=self.path, location=f"offset {offset}"
+            )
+        try:
+            if compression == "zstd":
+                return memoryview(zstandard.ZstdDecompressor().decompress(packed, max_output_size=size + 1))
+            return memoryview(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
+        except (zstandard.ZstdError, RuntimeError, ValueError, EOFError) as error:
+            raise self.error(f"the chunk cannot be decompressed: {error}", offset) from error

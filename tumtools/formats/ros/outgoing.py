@@ -1,0 +1,412 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""From a sequence to messages: channels, and serialised messages in order of their stamps.
+
+At equal stamps the order is: calibration, image (rgb, depth, ir), accelerometer, tf, pose.
+"""
+
+from __future__ import annotations
+
+import heapq
+import struct
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import OutputError
+from tumtools.formats import metadata
+from tumtools.formats.options import Needs
+from tumtools.formats.ros import messages
+from tumtools.formats.ros.layouts import LAYOUTS, TF_TOPIC, Layout
+from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessage
+from tumtools.images.codec import canonical, pixels_of, png_of
+from tumtools.images.depth import to_metres
+from tumtools.images.parallel import ordered_map
+from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
+from tumtools.model.image import ENCODINGS, Image
+from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Frame, Sequence
+from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp, split_stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import numpy.typing as npt
+
+    from tumtools.formats.options import WriteOptions
+
+_SECONDS_LIMIT: Final[dict[MessageEncoding, int]] = {"cdr": 2**31, "ros1": 2**32}
+"""First second that does not fit; before 1970 nothing does, since log times are unsigned."""
+_ABSENT: Final = (-1.0,) + (0.0,) * 8
+"""Covariance of what is not measured (`sensor_msgs/Imu`)."""
+_COLOUR_ENCODINGS: Final = {
+    "rgb8": {"bgr8": "rgb8", "bgra8": "rgba8"},
+    "bgr8": {"rgb8": "bgr8", "rgba8": "bgra8"},
+}
+
+MILLIMETRES: Final = 1000.0
+"""Units per metre of 16UC1 depth (REP 118)."""
+_ZSTD_SHARE: Final = 0.2
+_MESSAGE_OVERHEAD: Final = 420
+"""About the size of a small message with its index entry."""
+
+Message = dict[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How to write, with all defaults filled in.
+
+    Attributes:
+        encoding: How messages are serialised.
+        layout: Topics and frames.
+        color_encoding: `png`, `rgb8` or `bgr8`.
+        depth_encoding: `png`, `32FC1` or `16UC1`.
+        groundtruth: `pose`, `tf`, `both` or `none`.
+        options: The rest.
+
+    """
+
+    encoding: MessageEncoding
+    layout: Layout
+    color_encoding: str
+    depth_encoding: str
+    groundtruth: str
+    options: WriteOptions
+
+    @property
+    def pixel_streams(self) -> frozenset[str]:
+        """Streams that are written from their pixels."""
+        raw = {"depth"} if self.depth_encoding != "png" else set()
+        return frozenset(raw | ({"rgb", "ir"} if self.color_encoding != "png" else set()))
+
+
+def make_style(
+    encoding: MessageEncoding, layout: str, options: WriteOptions, *, color: str, depth: str
+) -> Style:
+    """Fill in the defaults.
+
+    Args:
+        encoding: How messages are serialised.
+        layout: Name of the layout, unless the options name one.
+        options: What was asked for.
+        color: Default encoding of colour.
+        depth: Default encoding of depth.
+
+    """
+    chosen = LAYOUTS[options.layout or layout]
+    return Style(
+        encoding=encoding,
+        layout=chosen,
+        color_encoding="png" if options.archive else options.color_encoding or color,
+        depth_encoding="png" if options.archive else options.depth_encoding or depth,
+        groundtruth=options.groundtruth or chosen.groundtruth,
+        options=options,
+    )
+
+
+def style_needs(style: Style) -> Needs:
+    """Return what a writer of this style must be given: nothing is lost behind this point."""
+    units = {"16UC1": MILLIMETRES, "png": TUM_DEPTH_UNITS_PER_METRE}.get(style.depth_encoding)
+    drops = frozenset({"groundtruth"} if style.groundtruth == "none" else ())
+    return Needs(units, style.pixel_streams, drops)
+
+
+def estimated_bytes(sequence: Sequence, style: Style, *, compressed: bool) -> int:
+    """Return about how large the messages of a sequence will be."""
+    total = 0
+    for stream, info in sequence.info.images.items():
+        raw = info.count * info.width * info.height
+        if stream not in style.pixel_streams:
+            total += info.nbytes if info.compression == "png" else raw
+        elif stream == "depth":
+            size = 4 if style.depth_encoding == "32FC1" else 2
+            total += int(raw * size * (_ZSTD_SHARE if compressed else 1))
+        else:
+            total += raw * ENCODINGS[info.encoding or "rgb8"].bytes_per_pixel
+        total += info.count * _MESSAGE_OVERHEAD
+    rows = sum(len(one) for one in (sequence.accelerometer, sequence.groundtruth) if one is not None)
+    return total + rows * _MESSAGE_OVERHEAD
+
+
+@dataclass(frozen=True, slots=True)
+class Outgoing:
+    """A sequence as messages.
+
+    Attributes:
+        channels: Topics to write.
+        metadata: What messages have no field for.
+        warnings: What was assumed.
+
+    """
+
+    channels: tuple[OutChannel, ...]
+    metadata: Mapping[str, str]
+    warnings: tuple[str, ...]
+    _sequence: Sequence = field(repr=False)
+    _style: Style = field(repr=False)
+    _numbers: Mapping[str, int] = field(repr=False)
+
+    @property
+    def compressed_channels(self) -> frozenset[int]:
+        """Channels whose messages are compressed images."""
+        kinds = enumerate(channel.type for channel in self.channels)
+        return frozenset(number for number, kind in kinds if kind == messages.COMPRESSED_IMAGE)
+
+    def messages(self) -> Iterator[OutMessage]:
+        """Yield all messages, serialised by `jobs` threads, in order.
+
+        Raises:
+            InputError: An image is damaged.
+            OutputError: A stamp does not fit into the messages.
+
+        """
+        sources = [_images(self._sequence, self._style, self._numbers)]
+        sources += _signals(self._sequence, self._style, self._numbers)
+        for _, _, message in heapq.merge(*sources, key=lambda entry: entry[:2]):
+            yield message
+
+
+_Entry = tuple[int, int, OutMessage]
+"""Stamp, rank at equal stamps, message."""
+
+
+def outgoing(sequence: Sequence, style: Style) -> Outgoing:
+    """Plan the channels for a sequence.
+
+    Raises:
+        OutputError: A stamp does not fit into the messages.
+
+    """
+    _check_stamps(sequence, style)
+    channels: list[OutChannel] = []
+    numbers: dict[str, int] = {}
+    places: dict[str, str] = {}
+
+    def add(key: str, topic: str, kind: str) -> None:
+        numbers[key] = len(channels)
+        channels.append(OutChannel(topic, kind))
+
+    layout, topics = style.layout, {**style.layout.topics, **style.options.topics}
+    for stream in IMAGE_STREAMS:
+        if stream in sequence.info.images:
+            compressed = stream not in style.pixel_streams
+            topic = topics[stream] + (
+                "/compressed" if compressed and stream not in style.options.topics else ""
+            )
+            add(f"{stream} info", layout.info_topics[stream], messages.CAMERA_INFO)
+            add(stream, topic, messages.COMPRESSED_IMAGE if compressed else messages.IMAGE)
+            places[stream] = topic
+    if sequence.accelerometer is not None:
+        add("accelerometer", topics["accelerometer"], messages.IMU)
+        places["accelerometer"] = topics["accelerometer"]
+    if sequence.groundtruth is not None:
+        places["groundtruth"] = topics["groundtruth"] if style.groundtruth in {"pose", "both"} else TF_TOPIC
+        if style.groundtruth in {"tf", "both"}:
+            add("tf", TF_TOPIC, messages.TF_MESSAGE)
+        if style.groundtruth in {"pose", "both"}:
+            add("groundtruth", topics["groundtruth"], messages.POSE_STAMPED)
+    strings = metadata.to_strings(metadata.gather(sequence, places))
+    return Outgoing(tuple(channels), strings, tuple(_warnings(sequence, style)), sequence, style, numbers)
+
+
+def _check_stamps(sequence: Sequence, style: Style) -> None:
+    limit = _SECONDS_LIMIT[style.encoding] * NANOSECONDS_PER_SECOND
+    columns = {stream: sequence.image_stamps(stream) for stream in sequence.info.images}
+    for name, signal in (("accelerometer", sequence.accelerometer), ("groundtruth", sequence.groundtruth)):
+        if signal is not None:
+            columns[name] = signal.stamps
+    for stream, stamps in columns.items():
+        outside = np.flatnonzero((stamps < 0) | (stamps >= limit))
+        if len(outside):
+            text = format_stamp(int(stamps[outside[0]]), 9)
+            raise OutputError(
+                f"the stamp {text} of {stream} (row {outside[0]}) does not fit into a ROS time "
+                f"(1970 to {1970 + _SECONDS_LIMIT[style.encoding] // 31_556_952})",
+                hint="this format cannot hold the sequence; its stamps are no time since 1970, or shift them",
+            )
+
+
+def _warnings(sequence: Sequence, style: Style) -> Iterator[str]:
+    if sequence.info.images and _camera(sequence, style) is None and not style.options.cameras:
+        yield (
+            "the camera is unknown, so the calibration written is that of ROS's default "
+            "(525, 525, 319.5, 239.5); name it with --camera"
+        )
+
+
+def _camera(sequence: Sequence, style: Style) -> str | None:
+    camera = style.options.camera or sequence.info.camera
+    return camera if camera in CAMERAS else None
+
+
+def _calibration(sequence: Sequence, style: Style, stream: str, image: Image) -> CameraInfo:
+    """Return the intrinsics: those asked for, those of the source, those of the camera, ROS's default."""
+    explicit = style.options.cameras.get(stream)
+    if explicit is not None:
+        return explicit
+    if style.options.camera is None and stream in sequence.cameras:
+        return sequence.cameras[stream]
+    return calibration(_camera(sequence, style) or ROS_DEFAULT, stream, image.width, image.height)
+
+
+def _frame_id(sequence: Sequence, style: Style, stream: str, frame_id: str | None = None) -> str:
+    return (
+        style.options.frame_ids.get(stream)
+        or frame_id
+        or sequence.info.frame_ids.get(stream)
+        or style.layout.frames[stream]
+    )
+
+
+def _header(style: Style, stamp: int, frame_id: str, row: int = 0) -> Message:
+    seconds, nanoseconds = split_stamp(stamp)
+    header: Message = {"stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": frame_id}
+    return header | {"seq": row % 2**32} if style.encoding == "ros1" else header
+
+
+def _images(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> Iterator[_Entry]:
+    def serialise(frame: Frame) -> tuple[Frame, bytes, tuple[bytes | memoryview, ...]]:
+        image = frame.load()
+        header = _header(
+            style, frame.stamp, _frame_id(sequence, style, frame.stream, frame.frame_id), frame.row
+        )
+        info = _camera_info(style, header, _calibration(sequence, style, frame.stream, image))
+        return frame, info, _image_parts(style, header, frame.stream, image)
+
+    for frame, info, parts in ordered_map(serialise, sequence.images(), style.options.jobs):
+        rank = 2 * IMAGE_STREAMS.index(frame.stream)
+        yield frame.stamp, rank, OutMessage(numbers[f"{frame.stream} info"], frame.stamp, (info,))
+        yield frame.stamp, rank + 1, OutMessage(numbers[frame.stream], frame.stamp, parts, is_image=True)
+
+
+def _camera_info(style: Style, header: Message, camera: CameraInfo) -> bytes:
+    upper = style.encoding == "ros1"
+    matrices = {"d": camera.d, "k": camera.k, "r": camera.r, "p": camera.p}
+    roi = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}
+    message: Message = {
+        "header": header,
+        "height": camera.height,
+        "width": camera.width,
+        "distortion_model": camera.distortion_model,
+        "binning_x": 0,
+        "binning_y": 0,
+        "roi": roi,
+    }
+    message |= {name.upper() if upper else name: values for name, values in matrices.items()}
+    return messages.message_type(messages.CAMERA_INFO, style.encoding).encode(message)
+
+
+def _image_parts(style: Style, header: Message, stream: str, image: Image) -> tuple[bytes | memoryview, ...]:
+    """Serialise an image; its payload is the last field and stays a buffer of its own."""
+    if stream not in style.pixel_streams:
+        data: bytes | memoryview = png_of(image)
+        wide = ENCODINGS[image.encoding].dtype.itemsize > 1
+        text = "16UC1; png compressed " if wide else "png"
+        message: Message = {"header": header, "format": text, "data": ()}
+        kind = messages.COMPRESSED_IMAGE
+    else:
+        pixels, encoding = _raw_pixels(style, stream, image)
+        step = image.width * ENCODINGS[encoding].bytes_per_pixel
+        data = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8).data
+        message = {
+            "header": header,
+            "height": image.height,
+            "width": image.width,
+            "encoding": encoding,
+            "is_bigendian": 0,
+            "step": step,
+            "data": (),
+        }
+        kind = messages.IMAGE
+    head = messages.message_type(kind, style.encoding).encode(message)
+    return head[:-4] + struct.pack("<I", len(data)), data
+
+
+def _raw_pixels(style: Style, stream: str, image: Image) -> tuple[npt.NDArray[np.generic], str]:
+    pixels = pixels_of(image)
+    if stream == "depth":
+        if style.depth_encoding == "32FC1" and image.encoding != "32FC1":
+            return to_metres(
+                pixels.astype(np.uint16, copy=False), image.depth_units_per_metre or 1.0
+            ), "32FC1"
+        return pixels, image.encoding
+    wanted = _COLOUR_ENCODINGS.get(style.color_encoding, {}).get(image.encoding, image.encoding)
+    if wanted != image.encoding:
+        pixels = canonical(pixels, "bgra8" if pixels.shape[2] == 4 else "bgr8")[0]  # noqa: PLR2004
+    return pixels, wanted
+
+
+def _signals(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> list[Iterator[_Entry]]:
+    result = []
+    if sequence.accelerometer is not None:
+        stamps, values = sequence.accelerometer.stamps, sequence.accelerometer.values
+        template = _imu_template(_header(style, 0, _frame_id(sequence, style, "accelerometer")))
+        columns = _xyz("linear_acceleration", values)
+        result.append(_rows(style, numbers["accelerometer"], 10, messages.IMU, template, stamps, columns))
+    if sequence.groundtruth is not None:
+        stamps, values = sequence.groundtruth.stamps, sequence.groundtruth.values
+        layout = style.layout
+        world = style.options.frame_ids.get("groundtruth") or sequence.info.frame_ids.get("groundtruth")
+        header = _header(style, 0, world or layout.world)
+        zero = {"x": 0.0, "y": 0.0, "z": 0.0}
+        if "tf" in numbers:
+            inner = {"translation": zero, "rotation": zero | {"w": 1.0}}
+            template = {"transforms": [{"header": header, "child_frame_id": layout.body, "transform": inner}]}
+            columns = _pose("transforms.0.transform.translation", "transforms.0.transform.rotation", values)
+            result.append(_rows(style, numbers["tf"], 11, messages.TF_MESSAGE, template, stamps, columns))
+        if "groundtruth" in numbers:
+            template = {"header": header, "pose": {"position": zero, "orientation": zero | {"w": 1.0}}}
+            columns = _pose("pose.position", "pose.orientation", values)
+            number = numbers["groundtruth"]
+            result.append(_rows(style, number, 12, messages.POSE_STAMPED, template, stamps, columns))
+    return result
+
+
+def _imu_template(header: Message) -> Message:
+    zero = {"x": 0.0, "y": 0.0, "z": 0.0}
+    return {
+        "header": header,
+        "orientation": zero | {"w": 1.0},
+        "orientation_covariance": _ABSENT,
+        "angular_velocity": zero,
+        "angular_velocity_covariance": _ABSENT,
+        "linear_acceleration": zero,
+        "linear_acceleration_covariance": (0.0,) * 9,
+    }
+
+
+def _xyz(path: str, values: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.generic]]:
+    return {f"{path}.{axis}": values[:, column] for column, axis in enumerate("xyz")}
+
+
+def _pose(
+    position: str, rotation: str, values: npt.NDArray[np.float64]
+) -> dict[str, npt.NDArray[np.generic]]:
+    columns = _xyz(position, values)
+    return columns | {f"{rotation}.{axis}": values[:, 3 + column] for column, axis in enumerate("xyzw")}
+
+
+def _rows(
+    style: Style,
+    channel: int,
+    rank: int,
+    kind: str,
+    template: Message,
+    stamps: npt.NDArray[np.int64],
+    columns: dict[str, npt.NDArray[np.generic]],
+) -> Iterator[_Entry]:
+    """Serialise all rows of a signal at once; yield them in order of their stamps."""
+    order = np.argsort(stamps, kind="stable")
+    seconds, nanoseconds = np.divmod(stamps, NANOSECONDS_PER_SECOND)
+    path = "transforms.0.header" if kind == messages.TF_MESSAGE else "header"
+    columns = columns | {f"{path}.stamp.sec": seconds, f"{path}.stamp.nanosec": nanoseconds}
+    if style.encoding == "ros1":
+        columns[f"{path}.seq"] = np.arange(len(stamps)) % 2**32
+    if not len(stamps):
+        return
+    table = messages.message_type(kind, style.encoding).encode_columns(template, columns)
+    length = table.shape[1]
+    data = memoryview(table[order].tobytes())
+    for number, stamp in enumerate(stamps[order].tolist()):
+        yield stamp, rank, OutMessage(channel, stamp, (data[number * length : (number + 1) * length],))

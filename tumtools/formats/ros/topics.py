@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Which topic of a recording is which stream: asked for, remembered, or found by type and name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from tumtools.errors import UsageError
+from tumtools.formats.ros import messages
+from tumtools.formats.ros.layouts import METADATA_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
+from tumtools.formats.ros.signals import POSE_PATHS
+from tumtools.model.sequence import STREAMS, Loss
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from tumtools.formats.options import ReadOptions
+    from tumtools.formats.ros.recording import Channel, Recording
+
+_IMAGES: Final = frozenset({messages.IMAGE, messages.COMPRESSED_IMAGE})
+TF_TYPES: Final = frozenset({messages.TF_MESSAGE, messages.OLD_TF_MESSAGE})
+TYPES: Final[dict[str, frozenset[str]]] = {
+    "rgb": _IMAGES,
+    "depth": _IMAGES,
+    "ir": _IMAGES,
+    "accelerometer": frozenset({messages.IMU}),
+    "groundtruth": frozenset(POSE_PATHS) | TF_TYPES,
+}
+"""Message types that a stream can come from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """Which channel is which stream.
+
+    Attributes:
+        channels: Stream -> channel.
+        infos: Image stream -> channel of its CameraInfo.
+        not_carried: Channels that are no part of a sequence.
+        warnings: Streams that were left out because several topics could be meant.
+
+    """
+
+    channels: Mapping[str, Channel]
+    infos: Mapping[str, Channel]
+    not_carried: tuple[Loss, ...]
+    warnings: tuple[str, ...] = field(default=())
+
+
+def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str]) -> Resolution:
+    """Find the channels of the streams.
+
+    Args:
+        recording: Any.
+        options: With the topics asked for.
+        places: Stream -> topic as our own metadata remembers it; empty for foreign recordings.
+
+    Raises:
+        UsageError: A topic asked for is not there or has no fitting type, or several could be meant.
+
+    """
+    chosen: dict[str, Channel] = {}
+    warnings: list[str] = []
+    by_topic = {channel.topic: channel for channel in recording.channels}
+    for stream in STREAMS:
+        topic = options.topics.get(stream) or places.get(stream)
+        if topic:
+            channel = by_topic.get(topic)
+            if channel is None and stream not in options.topics:
+                continue  # a stream without rows has no messages
+            chosen[stream] = _asked_for(recording, stream, topic, channel)
+        elif not places:
+            candidates = _candidates(recording, stream, set(options.topics.values()))
+            if len(candidates) > 1:
+                text = _ambiguous(stream, candidates)
+                if not options.lenient:
+                    hint = (
+                        f"choose with --topic {stream}={candidates[0].topic}, or leave it out with --streams"
+                    )
+                    raise UsageError(text, path=recording.path, hint=hint)
+                warnings.append(f"{text}; choose one with --topic {stream}=TOPIC")
+            elif candidates:
+                chosen[stream] = candidates[0]
+    infos = {
+        stream: info for stream in chosen if (info := _info_channel(recording, chosen[stream])) is not None
+    }
+    used = {channel.id for channel in (*chosen.values(), *infos.values())}
+    rest = [
+        channel for channel in recording.channels if channel.id not in used and not _ours(channel, places)
+    ]
+    losses = tuple(
+        Loss(channel.topic, "messages not carried over", channel.count or 0, _why(channel))
+        for channel in rest
+    )
+    return Resolution(chosen, infos, losses, tuple(warnings))
+
+
+def _asked_for(recording: Recording, stream: str, topic: str, channel: Channel | None) -> Channel:
+    if channel is None:
+        there = ", ".join(sorted(channel.topic for channel in recording.channels)) or "none"
+        raise UsageError(
+            f"--topic {stream}={topic}: no such topic", path=recording.path, hint=f"topics: {there}"
+        )
+    if channel.type not in TYPES[stream]:
+        raise UsageError(
+            f"--topic {stream}={topic}: its type is {channel.type}",
+            path=recording.path,
+            hint=f"for {stream} it can be {', '.join(sorted(TYPES[stream]))}",
+        )
+    return channel
+
+
+def _candidates(recording: Recording, stream: str, taken: set[str]) -> list[Channel]:
+    return [
+        channel
+        for channel in recording.channels
+        if channel.type in TYPES[stream]
+        and channel.topic not in taken
+        and channel.count != 0
+        and (channel.type not in _IMAGES or _stream_of_image(channel.topic) == stream)
+        and channel.type not in TF_TYPES
+    ]
+
+
+def _stream_of_image(topic: str) -> str:
+    words = topic.lower().replace("_", "/").split("/")
+    if any("depth" in word for word in words):
+        return "depth"
+    if any(word in {"ir", "infra", "infra1", "infra2", "infrared"} for word in words):
+        return "ir"
+    return "rgb"
+
+
+def _ambiguous(stream: str, candidates: list[Channel]) -> str:
+    topics = ", ".join(f"{channel.topic} ({channel.type})" for channel in candidates)
+    return f"several topics could be {stream}: {topics}"
+
+
+def _info_channel(recording: Recording, channel: Channel) -> Channel | None:
+    """Return the CameraInfo beside an image topic: same namespace, `/compressed` or not."""
+    if channel.type not in _IMAGES:
+        return None
+    parent = channel.topic.removesuffix("/compressed").removesuffix("/compressedDepth").rpartition("/")[0]
+    for other in recording.channels:
+        if other.type == messages.CAMERA_INFO and other.topic == f"{parent}/camera_info":
+            return other
+    return None
+
+
+def _ours(channel: Channel, places: Mapping[str, str]) -> bool:
+    """Tell whether a channel only repeats what our own metadata or another channel holds."""
+    if channel.topic == METADATA_TOPIC:
+        return True
+    return bool(places) and channel.topic in {TF_TOPIC, TF_STATIC_TOPIC}
+
+
+def _why(channel: Channel) -> str:
+    if any(channel.type in kinds for kinds in TYPES.values()):
+        return f"{channel.type}, not chosen for any stream"
+    return f"{channel.type} is no part of a sequence"

@@ -17,7 +17,7 @@ Of rows with the same stamp only the last counts, as in the dictionaries of the 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import TYPE_CHECKING, Final, Literal, TypeVar, get_args
 
 import numpy as np
 
@@ -101,7 +101,10 @@ def nearest_pairs(
     return np.flatnonzero(near), rows[near]
 
 
-def closest(stamps: npt.NDArray[np.int64], wanted: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
+Times = TypeVar("Times", "npt.NDArray[np.int64]", "npt.NDArray[np.float64]")
+
+
+def closest(stamps: Times, wanted: Times) -> npt.NDArray[np.intp]:
     """Return the index of the nearest of ascending `stamps` for each of `wanted`; ties to the earlier."""
     if not len(stamps):
         return np.empty(0, np.intp)

@@ -35,7 +35,9 @@ def print_table(rows: Sequence[Sequence[str]], head: Sequence[str] | None = None
         return
     widths = [max(len(row[column]) for row in everything) for column in range(len(everything[0]))]
     numeric = [
-        bool(rows) and all(row[column].replace(".", "").replace(",", "").strip("-").isdigit() for row in rows)
+        bool(rows)
+        and all(_is_number(row[column]) for row in rows)
+        and any(row[column] != "-" for row in rows)
         for column in range(len(widths))
     ]
     for number, row in enumerate(everything):
@@ -45,6 +47,10 @@ def print_table(rows: Sequence[Sequence[str]], head: Sequence[str] | None = None
         ]
         line = "  ".join(cells).rstrip()
         click.echo(click.style(line, bold=True) if head and number == 0 else line)
+
+
+def _is_number(text: str) -> bool:
+    return text == "-" or text.replace(".", "").replace(",", "").strip("-").isdigit()
 
 
 def message(text: str) -> None:

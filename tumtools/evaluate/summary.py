@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,7 +35,8 @@ class Stream:
         median_rate: Items per second, from the median step; None below two stamps.
         mean_rate: Items per second over the duration; None below two stamps.
         dropped: Items that are missing, if they should come at the median step: each longer step
-            counts as the whole number of steps nearest to it, less one.
+            counts as the whole number of steps nearest to it, less one. None for the accelerometer,
+            whose rows come in bursts.
         largest_gap: Longest step, seconds.
         with_groundtruth: Items with a ground-truth pose nearer than 20 ms; None without ground truth.
 
@@ -48,7 +49,7 @@ class Stream:
     duration: float
     median_rate: float | None
     mean_rate: float | None
-    dropped: int
+    dropped: int | None
     largest_gap: float
     with_groundtruth: int | None = None
 
@@ -82,7 +83,8 @@ def summarise(sequence: Sequence) -> Summary:
     streams = {name: stream_statistics(stamps, poses) for name, stamps in images.items()}
     for name, signal in (("accelerometer", sequence.accelerometer), ("groundtruth", truth)):
         if signal is not None:
-            streams[name] = stream_statistics(signal.stamps)
+            found = stream_statistics(signal.stamps)
+            streams[name] = replace(found, dropped=None) if name == "accelerometer" else found
     both = "rgb" in images and "depth" in images
     moved = motion(truth) if truth is not None and len(truth) else None
     return Summary(

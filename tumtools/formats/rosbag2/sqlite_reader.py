@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""A sqlite3 file of rosbag2 (rosbag2_storage_sqlite3, all versions of its schema) as a `Recording`."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError
+from tumtools.formats.ros.qos import is_latched
+from tumtools.formats.ros.recording import Channel, RawMessage, Recording
+from tumtools.formats.rosbag2.bag_info import parse_bag_info
+from tumtools.model.sequence import Loss
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+_MAGIC: Final = b"SQLite format 3\0"
+_MAX_MESSAGE_BYTES: Final = 256 * 2**20
+_ROWS_AT_ONCE: Final = 10_000
+_HINT: Final = "--salvage reads what comes before the damage"
+_ROW: Final = np.dtype([("id", "<i8"), ("topic", "<i8"), ("time", "<i8")])
+
+
+class SqliteRecording(Recording):
+    """A sqlite3 file. Lists its messages at once, and reads them as they are asked for.
+
+    Args:
+        path: The file.
+        salvage: Read all of it at once, and leave out what is damaged, with a warning.
+
+    Raises:
+        InputError: The file is no recording, or damaged.
+
+    """
+
+    format = "rosbag2"
+
+    def __init__(self, path: Path, *, salvage: bool = False) -> None:
+        self.path = str(path)
+        self._file = path
+        _check_file(path)
+        with self._database() as database:
+            _check_tables(path, database)
+            topics = _topics(database)
+            self.metadata = _metadata(database, path)
+            self._rows, self.warnings = _rows(database, path, salvage=salvage)
+        ids, counts = np.unique(self._rows["topic"], return_counts=True)
+        count_of = dict(zip(ids.tolist(), counts.tolist(), strict=True))
+        unknown = [number for number in count_of if number not in topics]
+        if unknown:
+            message = f"{count_of[unknown[0]]} messages of topic {unknown[0]}, which the table topics does not have"
+            if not salvage:
+                raise InputError(message, path=path, hint=_HINT)
+            self.warnings = (*self.warnings, f"{message}; they are left out")
+        self.channels = tuple(
+            replace(topic.channel, count=count_of.get(number, 0))
+            for number, topic in topics.items()
+            if topic.serialization == "cdr"
+        )
+        self.not_carried = tuple(
+            Loss(
+                topic.channel.topic, "messages in another serialization", count_of.get(number, 0),
+                f"{topic.serialization!r}, only cdr is read",
+            )
+            for number, topic in topics.items()
+            if topic.serialization != "cdr"
+        )  # fmt: skip
+
+    def messages(
+        self, channels: Collection[Channel], start: int | None = None, end: int | None = None
+    ) -> Iterator[RawMessage]:
+        """Yield the messages of the channels in order of (log time, row).
+
+        Raises:
+            InputError: The file is damaged.
+
+        """
+        channel_of = {channel.id: channel for channel in channels}
+        rows = self._rows
+        wanted = np.isin(rows["topic"], np.array(list(channel_of), np.int64))
+        if start is not None:
+            wanted &= rows["time"] >= start
+        if end is not None:
+            wanted &= rows["time"] <= end
+        rows = rows[wanted]
+        rows = rows[np.lexsort((rows["id"], rows["time"]))]
+        with self._database() as database:
+            cursor = database.cursor()
+            for number, topic, time in rows.tolist():
+                found = cursor.execute("SELECT data FROM messages WHERE id = ?", (number,)).fetchone()
+                if found is None or not isinstance(found[0], bytes):
+                    raise self._damage(f"the message with id {number} is not there or no blob")
+                yield RawMessage(channel_of[topic], time, memoryview(found[0]))
+
+    def close(self) -> None:
+        """Do nothing: the file is open only while messages are read."""
+
+    def _damage(self, message: str) -> InputError:
+        return InputError(message, path=self.path, hint=_HINT)
+
+    @contextmanager
+    def _database(self) -> Iterator[sqlite3.Connection]:
+        """Open the database; its errors become ours."""
+        try:
+            with closing(_connect(self._file)) as database:
+                yield database
+        except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
+            raise self._damage(f"the database is damaged: {error}") from error
+
+
+def _check_file(path: Path) -> None:
+    try:
+        with path.open("rb") as file:
+            head = file.read(len(_MAGIC))
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", path=path) from error
+    if not head:
+        raise InputError("the file is empty (0 bytes), expected a sqlite3 database", path=path)
+    if head != _MAGIC:
+        raise InputError(f"no sqlite3 database: it begins with {head!r}", path=path, location="offset 0")
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    # A log file beside the database belongs to it; without one nothing needs to be locked or written.
+    immutable = "" if path.with_name(f"{path.name}-wal").exists() else "&immutable=1"
+    uri = f"{path.absolute().as_uri()}?mode=ro{immutable}"
+    # Messages may be taken from another thread than the one that asked for them, but never from two.
+    database = sqlite3.connect(uri, uri=True, check_same_thread=False, isolation_level=None)
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _MAX_MESSAGE_BYTES)
+    database.execute("PRAGMA trusted_schema = OFF")
+    database.execute("PRAGMA cell_size_check = ON")
+    return database
+
+
+def _check_tables(path: Path, database: sqlite3.Connection) -> None:
+    tables = {name for (name,) in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    for table in ("topics", "messages"):
+        if table not in tables:
+            raise InputError(f"no table {table!r}, so it is no recording of ROS 2", path=path)
+
+
+def _columns(database: sqlite3.Connection, table: str) -> set[str]:
+    return {row[1] for row in database.execute(f"PRAGMA table_info({table})")}
+
+
+@dataclass(frozen=True, slots=True)
+class _Topic:
+    """A row of the table `topics`."""
+
+    channel: Channel
+    serialization: str
+
+
+def _topics(database: sqlite3.Connection) -> dict[int, _Topic]:
+    definitions = _definitions(database)
+    qos = "offered_qos_profiles" if "offered_qos_profiles" in _columns(database, "topics") else "''"
+    query = f"SELECT id, name, type, serialization_format, {qos} FROM topics ORDER BY id"  # noqa: S608 - constants
+    return {
+        int(number): _Topic(
+            Channel(
+                int(number), str(name), str(kind), "cdr", definitions.get(str(kind), ""),
+                latched=is_latched(str(profiles)),
+            ),
+            str(serialization),
+        )
+        for number, name, kind, serialization, profiles in database.execute(query)
+        if isinstance(number, int)
+    }  # fmt: skip
+
+
+def _definitions(database: sqlite3.Connection) -> dict[str, str]:
+    """Return the embedded definitions; recordings from before Iron have none."""
+    if not {"topic_type", "encoding", "encoded_message_definition"} <= _columns(database, "message_definitions"):
+        return {}
+    query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+    rows = database.execute(query)
+    return {str(kind): str(text) for kind, encoding, text in rows if encoding == "ros2msg"}
+
+
+def _metadata(database: sqlite3.Connection, path: Path) -> Mapping[str, str] | None:
+    """Return our strings from the copy of metadata.yaml that the file may have."""
+    if "metadata" not in _columns(database, "metadata"):
+        return None
+    row = database.execute("SELECT metadata FROM metadata ORDER BY id DESC LIMIT 1").fetchone()
+    if row is None or not isinstance(row[0], str) or not row[0]:
+        return None
+    return parse_bag_info(row[0], path).custom_data or None
+
+
+def _rows(
+    database: sqlite3.Connection, path: Path, *, salvage: bool
+) -> tuple[npt.NDArray[np.void], tuple[str, ...]]:
+    """Return one `_ROW` a message, and warnings."""
+    data = ", data" if salvage else ""
+    cursor = database.execute(f"SELECT id, topic_id, timestamp{data} FROM messages ORDER BY id")  # noqa: S608
+    blocks: list[npt.NDArray[np.void]] = [np.empty(0, _ROW)]
+    try:
+        while rows := cursor.fetchmany(1 if salvage else _ROWS_AT_ONCE):
+            if not all(isinstance(value, int) for row in rows for value in row[:3]):
+                raise InputError("a message whose id, topic or time is no number", path=path, hint=_HINT)
+            blocks.append(np.array([row[:3] for row in rows], _ROW))
+    except (sqlite3.Error, InputError) as error:
+        if not salvage:
+            raise
+        kept = sum(map(len, blocks))
+        return np.concatenate(blocks), (f"{path}: {error}; only the {kept} messages before this are read",)
+    return np.concatenate(blocks), ()

@@ -10,9 +10,9 @@ import struct
 from typing import TYPE_CHECKING
 
 from tumtools.formats.ros.recording import OutMessage
-from tumtools.formats.rosbag1.reader import BagRecording
+from tumtools.formats.rosbag1.container import write_bag
+from tumtools.formats.rosbag1.recording import BagRecording
 from tumtools.formats.rosbag1.structure import Connection
-from tumtools.formats.rosbag1.writer import write_bag
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -21,7 +21,7 @@ from tests.formats.rosbag1.samples import (
 from tumtools.errors import OutputError
 from tumtools.formats.ros.recording import OutMessage
 from tumtools.formats.rosbag1.compression import COMPRESSIONS
-from tumtools.formats.rosbag1.reader import BagRecording
+from tumtools.formats.rosbag1.recording import BagRecording
 from tumtools.formats.rosbag1.structure import Connection
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import pytest
 from tests.formats.rosbag1.samples import bag_bytes, plain, read, some_messages
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
 from tumtools.formats.rosbag1.compression import COMPRESSIONS
-from tumtools.formats.rosbag1.reader import BagRecording
+from tumtools.formats.rosbag1.recording import BagRecording
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -1,190 +1,97 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""Writes a ROS 1 bag that ROS itself reads: chunks with their indexes, then connections and chunk infos."""
+"""Write a sequence as a ROS 1 bag."""
 
 from __future__ import annotations
 
-import struct
-from dataclasses import dataclass, field
-from functools import partial
-from typing import TYPE_CHECKING, BinaryIO, Final
+import json
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING
 
-from tumtools.errors import OutputError
-from tumtools.formats.options import Progress, no_progress
-from tumtools.formats.rosbag1.compression import compress
-from tumtools.formats.rosbag1.records import (
-    BAG_HEADER_SIZE,
-    MAGIC,
-    Op,
-    encode_fields,
-    encode_header,
-    encode_number,
-    encode_time,
-)
-from tumtools.images.parallel import ordered_map
+from tumtools.formats.options import Needs, Plan
+from tumtools.formats.registry import FORMATS
+from tumtools.formats.ros import messages
+from tumtools.formats.ros.layouts import METADATA_TOPIC
+from tumtools.formats.ros.outgoing import Style, estimated_bytes, make_style, outgoing, style_needs
+from tumtools.formats.ros.recording import OutChannel, OutMessage
+from tumtools.formats.rosbag1.container import write_bag
+from tumtools.formats.rosbag1.structure import Connection
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
 
-    from tumtools.formats.ros.recording import OutMessage
-    from tumtools.formats.rosbag1.structure import Connection
-
-CHUNK_SIZE: Final = 768 * 1024
-"""A chunk is closed when it has more bytes than this, as in ROS."""
-
-_INDEX_ENTRY: Final = struct.Struct("<8sI")
-_COUNT: Final = struct.Struct("<II")
-_LIMIT: Final = 2**32
+    from tumtools.formats.options import Progress, WriteOptions
+    from tumtools.model.sequence import Loss, Sequence
 
 
-@dataclass(slots=True)
-class _Chunk:
-    """A chunk that is being filled."""
-
-    parts: list[bytes | memoryview] = field(default_factory=list)
-    size: int = 0
-    stamps: list[int] = field(default_factory=list)
-    index: dict[int, list[tuple[bytes, int]]] = field(default_factory=dict)
-    frames: int = 0
-
-    def add(self, *parts: bytes | memoryview) -> None:
-        self.parts += parts
-        self.size += sum(memoryview(part).nbytes for part in parts)
-
-
-@dataclass(frozen=True, slots=True)
-class _ChunkInfo:
-    """What the index at the end of the file says of a chunk."""
-
-    offset: int
-    start: int
-    end: int
-    counts: dict[int, int]
-
-
-def write_bag(
-    file: BinaryIO,
-    connections: Sequence[Connection],
-    messages: Iterable[OutMessage],
-    *,
-    compression: str = "none",
-    jobs: int = 1,
-    progress: Progress = no_progress,
-) -> None:
-    """Write a bag.
-
-    Args:
-        file: An empty file, open for writing, that can seek.
-        connections: What `OutMessage.channel` counts.
-        messages: In order of their stamps.
-        compression: One of `compression.COMPRESSIONS`.
-        jobs: Threads that compress.
-        progress: Told what has been written.
+def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Progress) -> tuple[Loss, ...]:
+    """Write a bag; returns no losses, since what it cannot hold is taken out before (`needs`).
 
     Raises:
-        OutputError: A message or stamp that a bag cannot hold.
+        InputError: An image of the sequence is damaged.
+        OutputError: A stamp does not fit into the messages, or the disk is full.
 
     """
-    file.write(MAGIC + _bag_header(0, 0, 0))
-    infos: list[_ChunkInfo] = []
-    pack = partial(_pack, compression=compression)
-    chunks = _chunks(connections, messages)
-    for chunk, payload in ordered_map(pack, chunks, jobs if compression != "none" else 1):
-        infos.append(_write_chunk(file, chunk, payload, compression))
-        progress(chunk.frames, chunk.size)
-    index_at = file.tell()
-    used = sorted({number for info in infos for number in info.counts})
-    file.writelines(_connection_record(number, connections[number]) for number in used)
-    file.writelines(_chunk_info_record(info) for info in infos)
-    file.seek(len(MAGIC))
-    file.write(_bag_header(index_at, len(used), len(infos)))
+    out = outgoing(sequence, _style(options))
+    # Number 0 is the topic of our own metadata, which stands first in the bag.
+    channels = (OutChannel(METADATA_TOPIC, messages.STRING, latched=True), *out.channels)
+    with target.open("wb") as file:
+        write_bag(
+            file,
+            [_connection(channel) for channel in channels],
+            _with_metadata(out.metadata, out.messages()),
+            compression=FORMATS["rosbag1"].option(options, "compression"),
+            jobs=options.jobs,
+            progress=progress,
+        )
+    return ()
 
 
-def _bag_header(index_at: int, connections: int, chunks: int) -> bytes:
-    fields = {
-        b"chunk_count": encode_number(chunks),
-        b"conn_count": encode_number(connections),
-        b"index_pos": encode_number(index_at, 8),
-    }
-    padding = BAG_HEADER_SIZE - len(encode_fields({**fields, b"op": b"\0"}))
-    return encode_header(Op.BAG_HEADER, fields, padding) + b" " * padding
+def needs(options: WriteOptions) -> Needs:
+    """Return what the writer must be given."""
+    return style_needs(_style(options))
 
 
-def _chunks(connections: Sequence[Connection], messages: Iterable[OutMessage]) -> Iterator[_Chunk]:
-    """Gather messages in chunks; a connection is described before its first message."""
-    described: set[int] = set()
-    chunk = _Chunk()
-    for message in messages:
-        number = message.channel
-        if number not in described:
-            described.add(number)
-            chunk.add(_connection_record(number, connections[number]))
-        length = sum(memoryview(part).nbytes for part in message.parts)
-        if not 0 <= message.stamp < _LIMIT * 1_000_000_000:
-            raise OutputError(f"a ROS 1 bag holds stamps of 0 to {_LIMIT - 1} s, not {message.stamp} ns")
-        if length + CHUNK_SIZE * 2 > _LIMIT:
-            raise OutputError(f"a ROS 1 bag holds messages of less than 4 GiB, not {length} bytes")
-        time = encode_time(message.stamp)
-        chunk.index.setdefault(number, []).append((time, chunk.size))
-        chunk.stamps.append(message.stamp)
-        chunk.frames += message.is_image
-        chunk.add(encode_header(Op.MESSAGE, {b"conn": encode_number(number), b"time": time}, length))
-        chunk.add(*message.parts)
-        if chunk.size > CHUNK_SIZE:
-            yield chunk
-            chunk = _Chunk()
-    if chunk.size:
-        yield chunk
+def plan(sequence: Sequence, options: WriteOptions) -> Plan:
+    """Return the estimated size, and what is assumed."""
+    style = _style(options)
+    compressed = FORMATS["rosbag1"].option(options, "compression") != "none"
+    return Plan(
+        nbytes=estimated_bytes(sequence, style, compressed=compressed),
+        warnings=outgoing(sequence, style).warnings,
+    )
 
 
-def _pack(chunk: _Chunk, compression: str) -> tuple[_Chunk, list[bytes | memoryview]]:
-    """Return the chunk and its content as it goes into the file."""
-    if compression == "none":
-        return chunk, chunk.parts
-    return chunk, [compress(b"".join(chunk.parts), compression)]
+def _style(options: WriteOptions) -> Style:
+    entry = FORMATS["rosbag1"]
+    return make_style(
+        "ros1",
+        entry.option(options, "layout"),
+        options,
+        color=entry.option(options, "color_encoding"),
+        depth=entry.option(options, "depth_encoding"),
+    )
 
 
-def _write_chunk(
-    file: BinaryIO, chunk: _Chunk, payload: list[bytes | memoryview], compression: str
-) -> _ChunkInfo:
-    """Write a chunk and the index records that follow it."""
-    offset = file.tell()
-    fields = {b"compression": compression.encode(), b"size": encode_number(chunk.size)}
-    file.write(encode_header(Op.CHUNK, fields, sum(memoryview(part).nbytes for part in payload)))
-    file.writelines(payload)
-    for number, entries in sorted(chunk.index.items()):
-        table = b"".join(_INDEX_ENTRY.pack(time, at) for time, at in entries)
-        fields = {
-            b"ver": encode_number(1),
-            b"conn": encode_number(number),
-            b"count": encode_number(len(entries)),
-        }
-        file.write(encode_header(Op.INDEX, fields, len(table)) + table)
-    counts = {number: len(entries) for number, entries in sorted(chunk.index.items())}
-    return _ChunkInfo(offset, min(chunk.stamps), max(chunk.stamps), counts)
+def _connection(channel: OutChannel) -> Connection:
+    kind = channel.type
+    return Connection(
+        topic=channel.topic,
+        type=messages.ros1_name(kind),
+        md5sum=messages.ros1_md5_sum(kind),
+        definition=messages.definition(kind, "ros1"),
+        latched=channel.latched,
+    )
 
 
-def _connection_record(number: int, connection: Connection) -> bytes:
-    description = {
-        b"topic": connection.topic.encode(),
-        b"type": connection.type.encode(),
-        b"md5sum": connection.md5sum.encode(),
-        b"message_definition": connection.definition.encode(),
-    }
-    if connection.latched:
-        description[b"latching"] = b"1"
-    data = encode_fields(description)
-    fields = {b"conn": encode_number(number), b"topic": connection.topic.encode()}
-    return encode_header(Op.CONNECTION, fields, len(data)) + data
-
-
-def _chunk_info_record(info: _ChunkInfo) -> bytes:
-    table = b"".join(_COUNT.pack(number, count) for number, count in info.counts.items())
-    fields = {
-        b"ver": encode_number(1),
-        b"chunk_pos": encode_number(info.offset, 8),
-        b"start_time": encode_time(info.start),
-        b"end_time": encode_time(info.end),
-        b"count": encode_number(len(info.counts)),
-    }
-    return encode_header(Op.CHUNK_INFO, fields, len(table)) + table
+def _with_metadata(metadata: Mapping[str, str], rest: Iterable[OutMessage]) -> Iterator[OutMessage]:
+    """Put the metadata before everything else, at the time of the first message."""
+    iterator = iter(rest)
+    first = next(iterator, None)
+    text = json.dumps(metadata, sort_keys=True, separators=(",", ":"))
+    data = messages.message_type(messages.STRING, "ros1").encode({"data": text})
+    yield OutMessage(0, first.stamp if first else 1, (data,))
+    for message in chain(() if first is None else (first,), iterator):
+        yield replace(message, channel=message.channel + 1)

@@ -57,7 +57,9 @@ class SqliteRecording(Recording):
         count_of = dict(zip(ids.tolist(), counts.tolist(), strict=True))
         unknown = [number for number in count_of if number not in topics]
         if unknown:
-            message = f"{count_of[unknown[0]]} messages of topic {unknown[0]}, which the table topics does not have"
+            message = (
+                f"{count_of[unknown[0]]} messages of topic {unknown[0]}, which the table topics does not have"
+            )
             if not salvage:
                 raise InputError(message, path=path, hint=_HINT)
             self.warnings = (*self.warnings, f"{message}; they are left out")
@@ -100,6 +102,10 @@ class SqliteRecording(Recording):
                 if found is None or not isinstance(found[0], bytes):
                     raise self._damage(f"the message with id {number} is not there or no blob")
                 yield RawMessage(channel_of[topic], time, memoryview(found[0]))
+
+    def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
+        """Return the log times of a channel, from the list of messages."""
+        return np.sort(self._rows["time"][self._rows["topic"] == channel.id], kind="stable")
 
     def close(self) -> None:
         """Do nothing: the file is open only while messages are read."""
@@ -179,7 +185,9 @@ def _topics(database: sqlite3.Connection) -> dict[int, _Topic]:
 
 def _definitions(database: sqlite3.Connection) -> dict[str, str]:
     """Return the embedded definitions; recordings from before Iron have none."""
-    if not {"topic_type", "encoding", "encoded_message_definition"} <= _columns(database, "message_definitions"):
+    if not {"topic_type", "encoding", "encoded_message_definition"} <= _columns(
+        database, "message_definitions"
+    ):
         return {}
     query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
     rows = database.execute(query)
@@ -205,12 +213,16 @@ def _rows(
     blocks: list[npt.NDArray[np.void]] = [np.empty(0, _ROW)]
     try:
         while rows := cursor.fetchmany(1 if salvage else _ROWS_AT_ONCE):
-            if not all(isinstance(value, int) for row in rows for value in row[:3]):
-                raise InputError("a message whose id, topic or time is no number", path=path, hint=_HINT)
-            blocks.append(np.array([row[:3] for row in rows], _ROW))
+            blocks.append(_table(rows, path))
     except (sqlite3.Error, InputError) as error:
         if not salvage:
             raise
         kept = sum(map(len, blocks))
         return np.concatenate(blocks), (f"{path}: {error}; only the {kept} messages before this are read",)
     return np.concatenate(blocks), ()
+
+
+def _table(rows: list[tuple[object, ...]], path: Path) -> npt.NDArray[np.void]:
+    if not all(isinstance(value, int) for row in rows for value in row[:3]):
+        raise InputError("a message whose id, topic or time is no number", path=path, hint=_HINT)
+    return np.array([row[:3] for row in rows], _ROW)

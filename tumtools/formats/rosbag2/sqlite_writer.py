@@ -24,7 +24,8 @@ _SCHEMA: Final = """
 CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
 CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);
 CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
-  serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL, type_description_hash TEXT NOT NULL);
+  serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL,
+  type_description_hash TEXT NOT NULL);
 CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, encoding TEXT NOT NULL,
   encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL);
 CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL,
@@ -87,8 +88,8 @@ def _write_topics(database: sqlite3.Connection, channels: Sequence[OutChannel]) 
         row = (number, channel.topic, kind, "cdr", profile, TYPE_HASHES[kind])
         database.execute("INSERT INTO topics VALUES (?, ?, ?, ?, ?, ?)", row)
     for number, kind in enumerate(sorted({channel.type for channel in channels}), 1):
-        row = (number, kind, "ros2msg", definition(kind, "cdr"), TYPE_HASHES[kind])
-        database.execute("INSERT INTO message_definitions VALUES (?, ?, ?, ?, ?)", row)
+        described = (number, kind, "ros2msg", definition(kind, "cdr"), TYPE_HASHES[kind])
+        database.execute("INSERT INTO message_definitions VALUES (?, ?, ?, ?, ?)", described)
 
 
 def _rows(messages: Iterable[OutMessage], progress: Progress) -> Iterator[tuple[int, int, int, bytes]]:

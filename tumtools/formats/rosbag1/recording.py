@@ -1,0 +1,213 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""A ROS 1 bag as a `Recording`."""
+
+from __future__ import annotations
+
+import json
+import mmap
+import os
+from collections import OrderedDict, deque
+from contextlib import closing
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.ros.layouts import METADATA_TOPIC
+from tumtools.formats.ros.messages import STRING
+from tumtools.formats.ros.recording import Channel, RawMessage, Recording
+from tumtools.formats.rosbag1.index import read_index
+from tumtools.formats.rosbag1.records import Block, Op, read_record
+from tumtools.images.parallel import ordered_map
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from tumtools.formats.rosbag1.structure import BagIndex, Chunk, Connection
+
+_CACHE_BYTES: Final = 16 * 2**20
+"""Contents of chunks kept; messages that lie next to each other in time are in few chunks."""
+_RELEASE_BYTES: Final = 32 * 2**20
+"""The pages of the file are given back after so many bytes, or they would count as our memory."""
+_THREADS: Final = 2
+
+
+class BagRecording(Recording):
+    """A ROS 1 bag. Reads its index at once, and messages as they are asked for.
+
+    Args:
+        path: The file.
+        salvage: Scan the file and leave out what is damaged, with a warning, instead of failing.
+
+    Raises:
+        InputError: The file is no bag, or damaged.
+
+    """
+
+    format = "rosbag1"
+
+    def __init__(self, path: Path, *, salvage: bool = False) -> None:
+        self.path = str(path)
+        self._file, self._map = _map_file(path)
+        self._index = read_index(self._file, salvage=salvage)
+        self.warnings = self._index.warnings
+        self._channel_of = _channels_of(self._index)
+        channels = sorted(set(self._channel_of.values()), key=lambda channel: channel.id)
+        self.metadata, record = self._read_metadata(channels)
+        self.channels = tuple(channel for channel in channels if channel is not record)
+
+    def messages(
+        self, channels: Collection[Channel], start: int | None = None, end: int | None = None
+    ) -> Iterator[RawMessage]:
+        """Yield the messages of the channels in order of (log time, position in the file).
+
+        Raises:
+            InputError: Damage, with the offset and what was expected there.
+
+        """
+        entries = self._select(channels, start, end)
+        done = 0
+        with closing(_Contents(self._file, self._index.chunks, entries["chunk"])) as contents:
+            for time, chunk, offset, number in entries.tolist():
+                block = contents[chunk]
+                record = read_record(block, offset)
+                if (
+                    record.op != Op.MESSAGE
+                    or record.number(b"conn", 4) != number
+                    or record.time(b"time") != time
+                ):
+                    raise block.damage(
+                        f"the index says that a message of connection {number} is here", offset
+                    )
+                yield RawMessage(self._channel_of[number], time, record.data)
+                done += len(record.data)
+                if done > _RELEASE_BYTES and self._map is not None:
+                    self._map.madvise(mmap.MADV_DONTNEED)  # pages that are read again come back by themselves
+                    done = 0
+
+    def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
+        """Return the log times of a channel, from the index."""
+        times: npt.NDArray[np.int64] = self._select([channel], None, None)["time"].copy()
+        return times
+
+    def close(self) -> None:
+        """Release the file. Views that were handed out stay valid."""
+        self._file = Block(self.path, memoryview(b""))
+        self._map = None
+
+    def _select(
+        self, channels: Collection[Channel], start: int | None, end: int | None
+    ) -> npt.NDArray[np.void]:
+        """Return the index entries wanted, sorted."""
+        entries = self._index.entries
+        ids = {channel.id for channel in channels}
+        numbers = [number for number, channel in self._channel_of.items() if channel.id in ids]
+        wanted = np.isin(entries["connection"], np.array(numbers, np.uint32))
+        if start is not None:
+            wanted &= entries["time"] >= start
+        if end is not None:
+            wanted &= entries["time"] <= end
+        entries = entries[wanted]
+        return entries[np.lexsort((entries["offset"], entries["chunk"], entries["time"]))]
+
+    def _read_metadata(self, channels: list[Channel]) -> tuple[dict[str, str] | None, Channel | None]:
+        """Return the strings that tumtools wrote into the bag, and their channel."""
+        for channel in channels:
+            if channel.topic == METADATA_TOPIC and channel.type == STRING:
+                for message in self.messages([channel]):
+                    try:
+                        document = json.loads(bytes(message.data[4:]))
+                    except ValueError:
+                        break
+                    if isinstance(document, dict) and all(
+                        isinstance(text, str) for text in document.values()
+                    ):
+                        return document, channel
+                    break
+        return None, None
+
+
+def _map_file(path: Path) -> tuple[Block, mmap.mmap | None]:
+    try:
+        descriptor = os.open(path, os.O_RDONLY)
+    except FileNotFoundError as error:
+        raise MissingInputError("no such file", path=path) from error
+    except OSError as error:
+        raise InputError(f"cannot be opened: {error.strerror}", path=path) from error
+    try:
+        if not os.fstat(descriptor).st_size:
+            return Block(str(path), memoryview(b"")), None
+        mapped = mmap.mmap(descriptor, 0, access=mmap.ACCESS_READ)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {error}", path=path) from error
+    finally:
+        os.close(descriptor)
+    return Block(str(path), memoryview(mapped)), mapped
+
+
+def _channels_of(index: BagIndex) -> dict[int, Channel]:
+    """Return the channel of each connection; publishers of the same on the same topic share one."""
+    numbers, counts = np.unique(index.entries["connection"], return_counts=True)
+    count_of = dict(zip(numbers.tolist(), counts.tolist(), strict=True))
+    groups: dict[tuple[str, str, str], list[int]] = {}
+    for number, connection in sorted(index.connections.items()):
+        groups.setdefault((connection.topic, connection.type, connection.definition), []).append(number)
+    return {
+        number: channel
+        for group in groups.values()
+        for channel in [_channel(group, index.connections, sum(count_of.get(n, 0) for n in group))]
+        for number in group
+    }
+
+
+def _channel(numbers: list[int], connections: dict[int, Connection], count: int) -> Channel:
+    first = connections[numbers[0]]
+    package, _, name = first.type.rpartition("/")
+    return Channel(
+        id=numbers[0],
+        topic=first.topic,
+        type=f"{package}/msg/{name}",
+        encoding="ros1",
+        definition=first.definition,
+        count=count,
+        latched=any(connections[number].latched for number in numbers),
+    )
+
+
+class _Contents:
+    """Contents of chunks in the order in which they are needed: decompressed ahead, the last few kept."""
+
+    def __init__(self, file: Block, chunks: list[Chunk], visits: npt.NDArray[np.int32]) -> None:
+        self._file = file
+        self._chunks = chunks
+        self._kept: OrderedDict[int, Block] = OrderedDict()
+        numbers, first = np.unique(visits, return_index=True)
+        order: list[int] = numbers[np.argsort(first)].tolist()
+        self._next = deque(number for number in order if chunks[number].compression != "none")
+        self._ahead = ordered_map(self._load, tuple(self._next), _THREADS)
+
+    def __getitem__(self, number: int) -> Block:
+        block = self._kept.get(number)
+        if block is not None:
+            self._kept.move_to_end(number)
+            return block
+        if self._next and self._next[0] == number:
+            self._next.popleft()
+            block = next(self._ahead)
+        else:
+            block = self._load(number)
+        self._kept[number] = block
+        while len(self._kept) > 1 and sum(len(kept.data) for kept in self._kept.values()) > _CACHE_BYTES:
+            self._kept.popitem(last=False)
+        return block
+
+    def close(self) -> None:
+        """Stop decompressing ahead."""
+        self._ahead.close()
+
+    def _load(self, number: int) -> Block:
+        return self._chunks[number].load(self._file)

@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""A rosbag2 folder as one `Recording`, whatever its storage, however it is split and compressed."""
+
+from __future__ import annotations
+
+import heapq
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import zstandard
+
+from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
+from tumtools.formats.mcap.recording import McapRecording
+from tumtools.formats.ros.qos import is_latched
+from tumtools.formats.ros.recording import Channel, RawMessage, Recording
+from tumtools.formats.rosbag2.bag_info import FILE_NAME, BagInfo, read_bag_info
+from tumtools.formats.rosbag2.sqlite_reader import SqliteRecording
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    import numpy.typing as npt
+
+_MAX_MESSAGE_BYTES: Final = 256 * 2**20
+_MAX_WINDOW: Final = 128 * 2**20
+_STORAGES: Final = {"sqlite3": SqliteRecording, "mcap": McapRecording}
+_SUFFIXES: Final = {".db3": "sqlite3", ".mcap": "mcap"}
+
+
+class Rosbag2Recording(Recording):
+    """A rosbag2 folder, or one sqlite3 file of it.
+
+    Args:
+        path: The folder, or the file.
+        salvage: Leave out what is damaged, with a warning, instead of failing.
+
+    Raises:
+        InputError: Something is missing or damaged.
+
+    """
+
+    format = "rosbag2"
+
+    def __init__(self, path: Path, *, salvage: bool = False) -> None:
+        self.path = str(path)
+        self._temporary: tempfile.TemporaryDirectory[str] | None = None
+        info = read_bag_info(path / FILE_NAME) if path.is_dir() else _info_of_file(path)
+        folder = path if path.is_dir() else path.parent
+        warnings = [] if path.is_dir() else [f"read without the {FILE_NAME} of its folder"]
+        _check_compression(info, path)
+        self._by_message = info.compression_mode == "message"
+        self._parts: list[Recording] = []
+        try:
+            for file in _files(folder, info):
+                self._parts.append(self._open(file, info, salvage=salvage))
+        except InputError as error:
+            if not salvage or not self._parts:
+                self.close()
+                raise
+            warnings.append(f"{error.message}; this file and those after it are left out")
+        self.channels, self._places = _merge_channels(self._parts, info)
+        self.metadata = info.custom_data or next((p.metadata for p in self._parts if p.metadata), None)
+        self.not_carried = tuple(loss for part in self._parts for loss in part.not_carried)
+        self.warnings = (*warnings, *(warning for part in self._parts for warning in part.warnings))
+
+    def _open(self, file: Path, info: BagInfo, *, salvage: bool) -> Recording:
+        name = file.name.removesuffix(".zstd")
+        storage = info.storage or _SUFFIXES.get(Path(name).suffix, "")
+        if storage not in _STORAGES:
+            raise UnsupportedInputError(
+                f"storage {info.storage!r}, read are {', '.join(_STORAGES)}", path=self.path
+            )
+        if info.compression_mode == "file" or file.suffix == ".zstd":
+            if self._temporary is None:
+                self._temporary = tempfile.TemporaryDirectory(prefix="tumtools-")
+            unpacked = Path(self._temporary.name, name)
+            _decompress_file(file, unpacked)
+            file = unpacked
+        return _STORAGES[storage](file, salvage=salvage)
+
+    def messages(
+        self, channels: Collection[Channel], start: int | None = None, end: int | None = None
+    ) -> Iterator[RawMessage]:
+        """Yield the messages of the channels in order of (log time, file, position in the file).
+
+        Raises:
+            InputError: A file is damaged.
+
+        """
+        ids = {channel.id for channel in channels}
+        streams = []
+        for number, part in enumerate(self._parts):
+            wanted = {own: merged for own, merged in self._places[number].items() if merged.id in ids}
+            chosen = [channel for channel in part.channels if channel.id in wanted]
+            times = [part.log_times(channel) for channel in chosen]
+            first = min((int(column[0]) for column in times if len(column)), default=None)
+            if first is not None:
+                streams.append((first, number, part.messages(chosen, start, end), wanted))
+        for message, wanted in _merge(streams):
+            data = self._unpack(message.data) if self._by_message else message.data
+            yield RawMessage(wanted[message.channel.id], message.log_time, data)
+
+    def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
+        """Return the log times of a channel, in order."""
+        times = [
+            part.log_times(own)
+            for number, part in enumerate(self._parts)
+            for own in part.channels
+            if self._places[number][own.id].id == channel.id
+        ]
+        return np.sort(np.concatenate([np.empty(0, np.int64), *times]), kind="stable")
+
+    def _unpack(self, data: memoryview) -> memoryview:
+        """Decompress a message."""
+        try:
+            size = zstandard.get_frame_parameters(data).content_size
+            if size > _MAX_MESSAGE_BYTES and size != zstandard.CONTENTSIZE_UNKNOWN:
+                raise InputError(f"a message of {size} bytes when decompressed", path=self.path)
+            return memoryview(
+                zstandard.ZstdDecompressor().decompress(data, max_output_size=_MAX_MESSAGE_BYTES)
+            )
+        except zstandard.ZstdError as error:
+            raise InputError(f"a compressed message is damaged: {error}", path=self.path) from error
+
+    def close(self) -> None:
+        """Close the files, and remove what was unpacked."""
+        for part in self._parts:
+            part.close()
+        if self._temporary is not None:
+            self._temporary.cleanup()
+            self._temporary = None
+
+
+def _info_of_file(path: Path) -> BagInfo:
+    return BagInfo(_SUFFIXES.get(path.suffix, "sqlite3"), (path.name,), "", "", {}, {})
+
+
+def _check_compression(info: BagInfo, path: Path) -> None:
+    if info.compression_mode not in {"", "file", "message"}:
+        raise UnsupportedInputError(f"compression mode {info.compression_mode!r}", path=path)
+    if info.compression_mode and info.compression_format not in {"", "zstd"}:
+        raise UnsupportedInputError(f"compression {info.compression_format!r}, only zstd is read", path=path)
+
+
+def _files(folder: Path, info: BagInfo) -> list[Path]:
+    """Return the files of a recording, in order.
+
+    Raises:
+        InputError: There is none, or its name leads out of the folder.
+        MissingInputError: One is not there.
+
+    """
+    if not info.files:
+        raise InputError("it lists no files", path=folder / FILE_NAME)
+    return [_file(folder, name) for name in info.files]
+
+
+def _file(folder: Path, name: str) -> Path:
+    # The first versions put the folder's own name before that of the file.
+    for path in (folder / name, folder / Path(name).name):
+        if path.resolve().is_relative_to(folder.resolve()):
+            # rosbag2 lists the compressed name, some writers the one before.
+            for found in (path, path.with_name(f"{path.name}.zstd")):
+                if found.is_file():
+                    return found
+    raise MissingInputError(f"the file {name!r} that {FILE_NAME} lists is missing", path=folder)
+
+
+def _decompress_file(source: Path, target: Path) -> None:
+    """Decompress a file to disk, through a window of bounded size."""
+    try:
+        with source.open("rb") as packed, target.open("wb") as unpacked:
+            decompressor = zstandard.ZstdDecompressor(max_window_size=_MAX_WINDOW)
+            decompressor.copy_stream(packed, unpacked)
+            if not unpacked.tell():
+                raise InputError("the file is empty", path=source)
+    except zstandard.ZstdError as error:
+        raise InputError(f"the zstd data is damaged: {error}", path=source) from error
+    except OSError as error:
+        raise InputError(f"cannot be unpacked: {error.strerror}", path=source) from error
+
+
+def _merge_channels(
+    parts: list[Recording], info: BagInfo
+) -> tuple[tuple[Channel, ...], list[dict[int, Channel]]]:
+    """Return the channels of all files together, and for each file: its number of a channel -> channel."""
+    groups: dict[tuple[str, str], list[tuple[int, Channel]]] = {}
+    for number, part in enumerate(parts):
+        for channel in part.channels:
+            groups.setdefault((channel.topic, channel.type), []).append((number, channel))
+    merged: list[Channel] = []
+    places: list[dict[int, Channel]] = [{} for _ in parts]
+    for group in groups.values():
+        first = group[0][1]
+        channel = replace(
+            first,
+            id=len(merged),
+            definition=next((c.definition for _, c in group if c.definition), ""),
+            count=sum(c.count or 0 for _, c in group),
+            latched=first.latched or is_latched(info.qos.get(first.topic, "")),
+        )
+        merged.append(channel)
+        for number, own in group:
+            places[number][own.id] = channel
+    return tuple(merged), places
+
+
+_Stream = tuple[int, int, "Iterator[RawMessage]", dict[int, Channel]]
+"""First log time of a file, its number, its messages, and its channels."""
+
+
+def _merge(streams: list[_Stream]) -> Iterator[tuple[RawMessage, dict[int, Channel]]]:
+    """Merge by log time; a file is not touched before its first message may be due."""
+    waiting = sorted(streams, key=lambda stream: stream[:2], reverse=True)
+    active: list[tuple[int, int, RawMessage, Iterator[RawMessage], dict[int, Channel]]] = []
+    while waiting or active:
+        while waiting and (not active or waiting[-1][0] <= active[0][0]):
+            _, number, messages, channels = waiting.pop()
+            message = next(messages, None)
+            if message is not None:
+                heapq.heappush(active, (message.log_time, number, message, messages, channels))
+        if not active:
+            continue
+        _, number, message, messages, channels = active[0]
+        yield message, channels
+        following = next(messages, None)
+        if following is None:
+            heapq.heappop(active)
+        else:
+            heapq.heapreplace(active, (following.log_time, number, following, messages, channels))

@@ -37,6 +37,9 @@ class Served:
         block: Bytes that are sent at once.
         pause: Seconds between two blocks.
         chunked: Send without Content-Length.
+        content_encoding: Content-Encoding to claim.
+        ignore_if_range: Honour Range whatever If-Range says.
+        drop_at_end: Break the connection of the next response after its last byte.
         before: Called before each request is answered.
 
     """
@@ -54,6 +57,9 @@ class Served:
     block: int = 1 << 16
     pause: float = 0.0
     chunked: bool = False
+    content_encoding: str | None = None
+    ignore_if_range: bool = False
+    drop_at_end: bool = False
     before: Callable[[Served], None] | None = None
 
 
@@ -163,7 +169,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _file(self, request: Request, served: Served) -> None:
         body, start = served.body, 0
         if_range = self.headers.get("If-Range")
-        same = if_range is None or if_range in (served.etag, served.last_modified)
+        same = served.ignore_if_range or if_range in (None, served.etag, served.last_modified)
         if request.start is not None and served.ranges and same:
             start = request.start
             if start >= len(body):
@@ -179,6 +185,8 @@ class _Handler(BaseHTTPRequestHandler):
         if served.last_modified is not None:
             self.send_header("Last-Modified", served.last_modified)
         self.send_header("Content-Type", served.content_type)
+        if served.content_encoding is not None:
+            self.send_header("Content-Encoding", served.content_encoding)
         whole = served.content_length if served.content_length is not None else len(body)
         length = whole - start
         if served.chunked:
@@ -206,7 +214,8 @@ class _Handler(BaseHTTPRequestHandler):
                 return
             if served.pause:
                 time.sleep(served.pause)
-        if drop is not None and len(view) < len(rest):
+        if (drop is not None and len(view) < len(rest)) or served.drop_at_end:
+            served.drop_at_end = False
             # A reset, not an orderly end.
             self.wfile.flush()
             self.connection.shutdown(socket.SHUT_RDWR)

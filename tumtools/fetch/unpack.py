@@ -223,6 +223,10 @@ def _make_folder(result: Unpacked, name: str, label: str) -> None:
     try:
         if result.folder is not None:
             (result.folder / name).mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise InputError(
+            "the name is a file and a folder at once", path=label, location=f"member {name}"
+        ) from error
     except OSError as error:
         raise _not_written(name, label, error) from error
 
@@ -251,6 +255,10 @@ def _create(result: Unpacked, name: str, label: str) -> IO[bytes]:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         return target.open("wb")
+    except (FileExistsError, NotADirectoryError, IsADirectoryError) as error:
+        raise InputError(
+            "the name is a file and a folder at once", path=label, location=f"member {name}"
+        ) from error
     except OSError as error:
         raise _not_written(name, label, error) from error
 

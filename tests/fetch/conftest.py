@@ -116,6 +116,7 @@ def place(server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pl
     ):
         monkeypatch.delenv(name, raising=False)
     for name in ("http_proxy", "https_proxy", "all_proxy", "no_proxy"):
-        monkeypatch.delenv(name, raising=False)
         monkeypatch.delenv(name.upper(), raising=False)
+        # Whatever a test does, nothing leaves this machine.
+        monkeypatch.setenv(name, "127.0.0.1,localhost" if name == "no_proxy" else "http://127.0.0.1:9")
     return Place(server, folder)

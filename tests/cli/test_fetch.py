@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""`fetch`, `list`, `info NAME` and `cache` as a user runs them."""
+
+from __future__ import annotations
+
+import json
+import tarfile
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.fetch.conftest import ARCHIVE, Place, place, server, sha256
+from tumtools.catalogue import packaged_catalogue
+from tumtools.cli.main import run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["place", "server"]  # fixtures
+
+
+class Cli:
+    """Runs commands and remembers what they said."""
+
+    def __init__(self, place: Place, capsys: pytest.CaptureFixture[str]) -> None:
+        self.place = place
+        self._capsys = capsys
+        self.out = self.err = ""
+
+    def __call__(self, *arguments: str) -> int:
+        code = run(list(arguments))
+        self.out, self.err = self._capsys.readouterr()
+        return code
+
+    def json(self, *arguments: str) -> dict[str, Any]:
+        self(*arguments, "--json")
+        document: dict[str, Any] = json.loads(self.out)
+        assert document["schema_version"] == 1
+        return document
+
+    def catalogue(self, *sequences: tuple[str, str], **facts: object) -> None:
+        """Put a user's catalogue of names and paths on the server into the configuration folder."""
+        entries = [
+            {"name": name, "files": {"tgz": {"urls": [self.place.server.url(path)], **facts}}}
+            for name, path in sequences
+        ]
+        folder = self.place.folder / "config" / "tumtools"
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "catalogue.json").write_text(json.dumps({"sequences": entries}))
+
+
+@pytest.fixture
+def cli(place: Place, capsys: pytest.CaptureFixture[str]) -> Cli:
+    place.serve()
+    made = Cli(place, capsys)
+    made.catalogue(("mini/one", "/f/mini.tgz"), ("mini/two", "/f/mini.tgz"), ("mini/gone", "/f/gone.tgz"))
+    return made
+
+
+def test_fetch_prints_where_it_is_and_how_it_is_trusted(cli: Cli) -> None:
+    assert cli("fetch", "mini/one") == 0
+    assert cli.out.startswith("mini/one  cache/mini_one  (600.5 kB in ")
+    assert cli.out.endswith("; sha256 not known before)\n")
+    assert "nobody publishes its checksum; it is now in" in cli.err
+    assert cli("fetch", "mini/one") == 0
+    assert cli.out == "mini/one  cache/mini_one  (was there; sha256 not known before)\n"
+    assert len(cli.place.server.requests) == 1
+
+
+def test_one_that_fails_does_not_stop_the_others(cli: Cli) -> None:
+    assert cli("fetch", "mini/gone", "mini/one", "mini/two", "mini/one", "--jobs", "3") == 5
+    assert "mini/one  cache/mini_one" in cli.out
+    assert "mini/two  cache/mini_two" in cli.out
+    assert "error: mini/gone: " in cli.err
+    assert "HTTP 404" in cli.err
+    assert len(cli.place.server.requests) == 3
+
+
+def test_fetch_as_json(cli: Cli) -> None:
+    one, gone = cli.json("fetch", "mini/one", "mini/gone")["sequences"]
+    assert (one["status"], one["sha256"], one["downloaded"]) == ("fetched", sha256(ARCHIVE), len(ARCHIVE))
+    assert (gone["status"], gone["exit_code"]) == ("failed", 5)
+    assert cli.json("fetch", "mini/one")["sequences"][0]["status"] == "present"
+
+
+def test_an_unknown_name_downloads_nothing(cli: Cli) -> None:
+    assert cli("fetch", "mini/one", "mini/oen") == 2
+    assert "did you mean mini/one" in cli.err
+    assert cli.place.server.requests == []
+
+
+def test_a_kind_that_a_sequence_does_not_have(cli: Cli) -> None:
+    assert cli("fetch", "mini/one", "--format", "bag") == 2
+    assert "the catalogue knows no bag file of mini/one" in cli.err
+
+
+def test_list_marks_what_is_fetched(cli: Cli) -> None:
+    cli("fetch", "mini/one")
+    assert cli("list", "--kind", "sequence") == 0
+    assert [line.split()[1] for line in cli.out.splitlines() if line.startswith("*")] == ["mini/one"]
+    documents = cli.json("list")["sequences"]
+    assert len(documents) == 89 + 3
+    assert [document["short"] for document in documents if document["fetched"]] == ["mini/one"]
+    assert [
+        d["short"] for d in cli.json("list", "--camera", "fr2", "--category", "testing")["sequences"]
+    ] == [
+        "fr2/xyz",
+        "fr2/rpy",
+    ]
+
+
+def test_info_of_a_sequence_that_is_not_here_shows_the_catalogue(cli: Cli) -> None:
+    assert cli("info", "fr2/large_no_loop") == 0
+    assert "not fetched" in cli.out
+    assert "ground truth covers 21.37 of 112.37 s; the longest hole has 90.123 s" in cli.out
+    assert "`tumtools fetch fr2/large_no_loop` gets it" in cli.out
+    document = cli.json("info", "fr1/desk")["catalogue"]
+    assert document["groundtruth"]["first_stamp"] == "1305031449799600000"
+    assert document["files"]["tgz"]["standing"] == "confirmed"
+
+
+def test_a_command_on_a_sequence_that_is_not_here_says_how_to_get_it(cli: Cli) -> None:
+    assert cli("convert", "fr1/desk", "--to", "mcap") == 4
+    assert "hint: `tumtools fetch fr1/desk` gets it" in cli.err
+    assert cli("digest", "fr1/dsk") == 4
+    assert "did you mean fr1/desk" in cli.err
+
+
+def test_cache_list_verify_and_prune(cli: Cli) -> None:
+    assert cli("cache", "dir") == 0
+    assert cli.out == f"{cli.place.cache}\n"
+    cli("fetch", "mini/one")
+    cli("fetch", "mini/two", "--keep-archive")
+    assert [(s["short"], s["bytes"] > 600_000) for s in cli.json("cache", "list")["sequences"]] == [
+        ("mini/one", True),
+        ("mini/two", True),
+    ]
+    assert cli("cache", "verify") == 0
+    assert cli.out == "mini/one: as it was fetched\nmini/two: as it was fetched\n"
+
+    image = next((cli.place.cache / "mini_one" / "rgb").iterdir())
+    image.write_bytes(image.read_bytes()[:-1] + b"x")
+    (cli.place.cache / "mini_two" / "rgb.txt").unlink()
+    assert cli("cache", "verify") == 5
+    assert "mini_one/rgb/1305031102.175304.png has changed" in cli.err
+    assert "mini_two/rgb.txt is missing" in cli.err
+    assert cli("cache", "verify", "mini/two") == 5
+
+    assert cli("cache", "prune", "--dry-run") == 0
+    assert "would remove leftovers of mini_two" in cli.out
+    assert (cli.place.cache / "mini_two.tgz").exists()
+    assert cli("cache", "prune") == 0
+    assert not (cli.place.cache / "mini_two.tgz").exists()
+    assert (cli.place.cache / "mini_two").exists()
+    assert cli("cache", "prune", "mini/one") == 0
+    assert not (cli.place.cache / "mini_one").exists()
+    assert cli("cache", "prune", "--all") == 0
+    assert [path.name for path in cli.place.cache.iterdir()] == [".tumtools"]
+    assert cli("fetch", "mini/one") == 0
+
+
+def test_prune_removes_unfinished_downloads_but_not_those_in_progress(cli: Cli) -> None:
+    from tumtools.fetch import Cache
+
+    cli.place.serve(content_length=len(ARCHIVE) * 2, path="/f/mini.tgz", ranges=False)
+    assert cli("fetch", "mini/one", "--retries", "0") == 5
+    part = cli.place.cache / "mini_one.tgz.part"
+    assert part.exists()
+    with Cache().lock("mini_one"):
+        assert cli("cache", "prune") == 0
+        assert "another process works on it" in cli.err
+        assert part.exists()
+    assert cli("cache", "prune") == 0
+    assert not part.exists()
+
+
+@pytest.mark.real
+def test_the_whole_way_of_a_real_sequence(cli: Cli, real_sequence: Path) -> None:
+    archive = cli.place.folder / "rpy.tgz"
+    with tarfile.open(archive, "w:gz", compresslevel=1) as tar:
+        tar.add(real_sequence, real_sequence.name)
+    cli.place.serve(archive.read_bytes(), "/f/rpy.tgz", drops=[5_000_000, 20_000_000])
+    mine = cli.place.folder / "mine.json"
+    url = cli.place.server.url("/f/rpy.tgz")
+    mine.write_text(
+        json.dumps(
+            {
+                "sequences": [
+                    {
+                        "name": "mini/rpy",
+                        "camera": "fr1",
+                        "streams": ["rgb", "depth", "groundtruth", "accelerometer"],
+                        "frames": {"rgb": 90, "depth": 90},
+                        "files": {"tgz": {"urls": [url]}},
+                    }
+                ]
+            }
+        )
+    )
+    assert cli("fetch", "mini/rpy", "--catalogue", str(mine)) == 0
+    ours = cli.place.cache / "mini_rpy"
+    there = {p.relative_to(real_sequence): p.read_bytes() for p in real_sequence.rglob("*") if p.is_file()}
+    assert {p.relative_to(ours): p.read_bytes() for p in ours.rglob("*") if p.is_file()} == there
+    # By name, without the catalogue file: the cache remembers.
+    document = cli.json("info", "mini/rpy")
+    assert (document["streams"]["rgb"]["count"], document["streams"]["depth"]["count"]) == (90, 90)
+    cli("digest", str(real_sequence))
+    expected = cli.out.split()[0]
+    assert cli("digest", "mini/rpy") == 0
+    assert cli.out.split()[0] == expected
+    assert cli("convert", "mini/rpy", "--to", "mcap", "--archive") == 0
+    assert (cli.place.folder / "mini_rpy.mcap").is_file()  # where the user is, not in the cache
+    assert sorted(path.name for path in cli.place.cache.iterdir()) == [".tumtools", "mini_rpy"]
+
+
+@pytest.mark.real
+def test_a_real_archive_under_the_name_of_the_official_one_is_refused(cli: Cli, real_sequence: Path) -> None:
+    name = "rgbd_dataset_freiburg1_rpy.tgz"
+    archive = cli.place.folder / name
+    with tarfile.open(archive, "w:gz", compresslevel=1) as tar:
+        tar.add(real_sequence, real_sequence.name)
+    body = archive.read_bytes()
+    entry = packaged_catalogue().get("fr1/rpy")
+    fetch = ("fetch", "fr1/rpy", "--mirror", cli.place.server.url("/m"), "--retries", "0")
+    for chunked, message in ((False, "the server offers"), (True, "it has")):  # before, and after downloading
+        cli.place.serve(body, f"/m/freiburg1/{name}", chunked=chunked)
+        assert cli(*fetch) == 5  # the official addresses are behind a dead proxy here
+        assert f"{message} {len(body)} bytes, the catalogue (measured by one source) has 410268381" in cli.err
+        assert not (cli.place.cache / entry.name).exists()
+        assert not list(cli.place.cache.glob("*.part"))

@@ -29,7 +29,7 @@ def sequence_files(size: int = 600_000) -> dict[str, bytes]:
     return {
         "rgbd_dataset_mini/rgb.txt": b"# color images\n# file: 'mini.bag'\n# timestamp filename\n"
         b"1305031102.175304 rgb/1305031102.175304.png\n",
-        "rgbd_dataset_mini/rgb/1305031102.175304.png": random.Random(7).randbytes(size),  # noqa: S311 - no secret,
+        "rgbd_dataset_mini/rgb/1305031102.175304.png": random.Random(7).randbytes(size),
     }
 
 

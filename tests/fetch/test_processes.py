@@ -60,7 +60,7 @@ def wait_until_sent(place: Place, count: int, process: subprocess.Popen[str]) ->
 
 def test_killed_at_twenty_moments_it_goes_on_where_it_was(place: Place) -> None:
     place.serve(LARGE, block=1 << 14, pause=0.001)
-    generator = random.Random(5)  # noqa: S311 - no secret
+    generator = random.Random(5)
     moments = sorted(generator.sample(range(len(LARGE)), 17))
     offsets: list[int] = []
     sent_before: list[int] = []

@@ -61,9 +61,7 @@ def test_a_certificate_that_nobody_trusts_is_refused_at_once(
 ) -> None:
     with secure_server(certificate) as server:
         server.files["/f/mini.tgz"] = Served(ARCHIVE)
-        with pytest.raises(
-            FetchError, match="the server's certificate cannot be verified: .*self.signed"
-        ) as caught:
+        with pytest.raises(FetchError, match=r"certificate cannot be verified: .*self.signed") as caught:
             place.fetch(place.entry(server.url("/f/mini.tgz")))
     assert "REQUESTS_CA_BUNDLE" in str(caught.value.hint)
     assert server.requests == []

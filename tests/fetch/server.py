@@ -7,7 +7,6 @@ from __future__ import annotations
 import re
 import socket
 import threading
-import time
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import TYPE_CHECKING, Self
@@ -35,7 +34,7 @@ class Served:
         content_type: Type to announce.
         stall: Stop in the middle of the first response for ever.
         block: Bytes that are sent at once.
-        pause: Seconds between two blocks.
+        pace: Called before a block is sent, with the position of its end; may wait.
         chunked: Send without Content-Length.
         content_encoding: Content-Encoding to claim.
         ignore_if_range: Honour Range whatever If-Range says.
@@ -55,7 +54,7 @@ class Served:
     content_type: str = "application/x-gzip"
     stall: bool = False
     block: int = 1 << 16
-    pause: float = 0.0
+    pace: Callable[[int], None] | None = None
     chunked: bool = False
     content_encoding: str | None = None
     ignore_if_range: bool = False
@@ -203,6 +202,8 @@ class _Handler(BaseHTTPRequestHandler):
         view = memoryview(rest)[:drop]
         for begin in range(0, len(view), served.block):
             block = view[begin : begin + served.block]
+            if served.pace is not None:
+                served.pace(len(served.body) - len(rest) + begin + len(block))
             if served.chunked:
                 self.wfile.write(b"%x\r\n" % len(block) + block + b"\r\n")
             else:
@@ -212,8 +213,6 @@ class _Handler(BaseHTTPRequestHandler):
                 served.stall = False
                 self.owner.done.wait(30)
                 return
-            if served.pause:
-                time.sleep(served.pause)
         if (drop is not None and len(view) < len(rest)) or served.drop_at_end:
             served.drop_at_end = False
             # A reset, not an orderly end.

@@ -181,7 +181,7 @@ def _refuse(losses: tuple[Loss, ...], target: Path) -> None:
         first = losses[0]
         more = f", and {len(losses) - 1} more" if len(losses) > 1 else ""
         raise LossRefusedError(
-            f"--strict: {first.what} of {first.stream} would be lost ({first.why}){more}; nothing written",
+            f"--strict: {first.stream}: {first.what} ({first.why}){more}; nothing was written",
             path=target,
             hint="leave --strict out to convert all the same, or look at the list with --dry-run",
         )

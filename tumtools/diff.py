@@ -1,0 +1,279 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Compare the contents of two sequences of any formats: stamps, values, pixels, text, calibration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.digest import canonical_pixels
+from tumtools.formats.tum.text import render
+from tumtools.images.parallel import ordered_map
+from tumtools.model.sequence import IMAGE_STREAMS, STREAMS
+from tumtools.model.text import default_layout
+from tumtools.model.time import format_stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy.typing as npt
+
+    from tumtools.formats.options import Progress
+    from tumtools.model.image import Image
+    from tumtools.model.sequence import Frame, Sequence
+
+SIGNAL_UNITS: Final = {"accelerometer": ("m/s2",), "groundtruth": ("m", "1")}
+"""Unit of the values of a signal: of positions and of quaternion components."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """How far apart values may be and still count as equal.
+
+    Attributes:
+        stamp: Nanoseconds.
+        value: Metres, quaternion components, m/s2.
+        depth: Metres.
+        colour: Levels.
+
+    """
+
+    stamp: int = 0
+    value: float = 0.0
+    depth: float = 0.0
+    colour: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One way in which two sequences differ.
+
+    Attributes:
+        stream: Which stream.
+        what: `stream`, `count`, `stamps`, `values`, `size`, `encoding`, `pixels`, `text`, `calibration`
+            or `camera`.
+        count: How many rows, images, or (for pixels) images with differing pixels.
+        first: Where the first difference is.
+        largest: Largest difference, in `unit`; None where nothing is measured.
+        unit: Its unit.
+
+    """
+
+    stream: str
+    what: str
+    count: int
+    first: str
+    largest: float | None = None
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What was compared and what differs.
+
+    Attributes:
+        differences: Empty if the contents are the same.
+        images: Pairs of images compared.
+        pixels: Pixels compared, whether decoded or known to be equal from equal files.
+        rows: Rows of signals compared.
+
+    """
+
+    differences: tuple[Difference, ...]
+    images: int
+    pixels: int
+    rows: int
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing differs."""
+        return not self.differences
+
+
+def diff(
+    a: Sequence,
+    b: Sequence,
+    tolerances: Tolerances | None = None,
+    *,
+    jobs: int = 2,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Compare two sequences.
+
+    Rows and images are compared in file order; where the numbers differ, as far as both go.
+
+    Args:
+        a: One.
+        b: The other.
+        tolerances: What still counts as equal; nothing unless told.
+        jobs: Threads.
+        progress: Told of each pair of images.
+
+    Raises:
+        InputError: One of them is damaged.
+
+    """
+    limits = tolerances or Tolerances()
+    found: list[Difference] = []
+    streams: list[str] = []
+    for stream in STREAMS:
+        has = [_has(sequence, stream) for sequence in (a, b)]
+        if has[0] != has[1]:
+            found.append(
+                Difference(stream, "stream", 1, f"only in {'the first' if has[0] else 'the second'}")
+            )
+        elif has[0]:
+            streams.append(stream)
+    rows = 0
+    for stream in streams:
+        (stamps_a, values_a), (stamps_b, values_b) = _columns(a, stream), _columns(b, stream)
+        found += _diff_rows(stream, stamps_a, stamps_b, limits)
+        if stream not in IMAGE_STREAMS:
+            rows += min(len(stamps_a), len(stamps_b))
+            found += _diff_values(stream, stamps_a, values_a, values_b, limits)
+        found += _diff_text(a, b, stream)
+    images, pixels, image_differences = _diff_images(
+        a, b, [stream for stream in streams if stream in IMAGE_STREAMS], limits, jobs, progress
+    )
+    found += image_differences
+    found += _diff_cameras(a, b)
+    order = {stream: number for number, stream in enumerate(STREAMS)}
+    return Comparison(tuple(sorted(found, key=lambda one: order[one.stream])), images, pixels, rows)
+
+
+def _has(sequence: Sequence, stream: str) -> bool:
+    if stream in IMAGE_STREAMS:
+        return stream in sequence.info.images
+    return (sequence.groundtruth if stream == "groundtruth" else sequence.accelerometer) is not None
+
+
+def _columns(sequence: Sequence, stream: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    signal = {"groundtruth": sequence.groundtruth, "accelerometer": sequence.accelerometer}.get(stream)
+    if signal is None:
+        stamps = sequence.image_stamps(stream)
+        return stamps, np.empty((len(stamps), 0))
+    return signal.stamps, signal.values
+
+
+def _diff_rows(
+    stream: str, a: npt.NDArray[np.int64], b: npt.NDArray[np.int64], limits: Tolerances
+) -> Iterator[Difference]:
+    if len(a) != len(b):
+        yield Difference(stream, "count", abs(len(a) - len(b)), f"{len(a)} and {len(b)} rows")
+    common = min(len(a), len(b))
+    error = np.abs(a[:common] - b[:common])
+    rows = np.flatnonzero(error > limits.stamp)
+    if len(rows):
+        first = int(rows[0])
+        place = f"row {first}: {format_stamp(int(a[first]), 9)} and {format_stamp(int(b[first]), 9)}"
+        yield Difference(stream, "stamps", len(rows), place, int(error.max()) / 1e9, "s")
+
+
+def _diff_values(
+    stream: str,
+    stamps: npt.NDArray[np.int64],
+    a: npt.NDArray[np.float64],
+    b: npt.NDArray[np.float64],
+    limits: Tolerances,
+) -> Iterator[Difference]:
+    common = min(len(a), len(b))
+    a, b = a[:common], b[:common]
+    for number, unit in enumerate(SIGNAL_UNITS[stream]):
+        columns = slice(3 * number, 3 if number == 0 else None)
+        with np.errstate(invalid="ignore"):
+            error = np.abs(a[:, columns] - b[:, columns])
+        one_is_nan = np.isnan(a[:, columns]) != np.isnan(b[:, columns])
+        # inf - inf is NaN although both are the same.
+        error = np.where(one_is_nan, np.inf, np.where(np.isnan(error), 0.0, error))
+        rows = np.flatnonzero((error > limits.value).any(axis=1))
+        if len(rows):
+            place = f"row {rows[0]} at {format_stamp(int(stamps[rows[0]]), 9)}"
+            yield Difference(stream, "values", len(rows), place, float(error.max()), unit)
+
+
+def _diff_text(a: Sequence, b: Sequence, stream: str) -> Iterator[Difference]:
+    """Compare what the text files of a stream are, or would be."""
+    texts = []
+    for sequence in (a, b):
+        layout = sequence.info.text.get(stream) or default_layout(stream, sequence.info.name)
+        texts.append(render(layout, stream, *_columns(sequence, stream)).split(b"\n"))
+    differing = [number for number, lines in enumerate(zip(*texts, strict=False), 1) if lines[0] != lines[1]]
+    extra = abs(len(texts[0]) - len(texts[1]))
+    if differing or extra:
+        line = differing[0] if differing else min(map(len, texts)) + 1
+        yield Difference(stream, "text", len(differing) + extra, f"line {line}")
+
+
+def _diff_images(
+    a: Sequence, b: Sequence, streams: list[str], limits: Tolerances, jobs: int, progress: Progress | None
+) -> tuple[int, int, list[Difference]]:
+    """Compare the images of each stream pair by pair."""
+
+    def work(pair: tuple[Frame, Frame]) -> tuple[Frame, _Pair]:
+        images = pair[0].load(), pair[1].load()
+        if progress is not None:
+            progress(1, images[0].nbytes + images[1].nbytes)
+        return pair[0], _diff_pair(images[0], images[1], limits)
+
+    pairs = chain.from_iterable(zip(a.images([one]), b.images([one]), strict=False) for one in streams)
+    gathered: dict[tuple[str, str], list[tuple[str, _Pair]]] = {}
+    images = pixels = 0
+    for frame, result in ordered_map(work, pairs, jobs):
+        images += 1
+        pixels += result.pixels
+        if result.what:
+            place = f"row {frame.row} at {format_stamp(frame.stamp, 9)}{result.detail}"
+            gathered.setdefault((frame.stream, result.what), []).append((place, result))
+    differences = []
+    for (stream, what), hits in gathered.items():
+        largest = max((hit.largest for _, hit in hits if hit.largest is not None), default=None)
+        differences.append(Difference(stream, what, len(hits), hits[0][0], largest, hits[0][1].unit))
+    return images, pixels, differences
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """Result for two images; `what` is empty if they are the same."""
+
+    what: str
+    pixels: int
+    detail: str = ""
+    largest: float | None = None
+    unit: str = ""
+
+
+def _diff_pair(a: Image, b: Image, limits: Tolerances) -> _Pair:
+    pixels = a.width * a.height
+    if a.png is not None and a.png == b.png and a.depth_units_per_metre == b.depth_units_per_metre:
+        return _Pair("", pixels)
+    if (a.width, a.height) != (b.width, b.height):
+        return _Pair("size", 0, f": {a.width}x{a.height} and {b.width}x{b.height}")
+    (kind_a, first), (kind_b, second) = canonical_pixels(a), canonical_pixels(b)
+    if kind_a != kind_b:
+        return _Pair("encoding", 0, f": {a.encoding} and {b.encoding}")
+    error = np.abs(first.astype(np.float64) - second.astype(np.float64))
+    limit = limits.depth if kind_a == "depth" else limits.colour
+    differing = error > limit
+    count = int(np.count_nonzero(differing.reshape(pixels, -1).any(axis=1)))
+    if not count:
+        return _Pair("", pixels)
+    if kind_a == "depth":
+        return _Pair("pixels", pixels, f" ({count} pixels)", float(np.nanmax(error)), "m")
+    return _Pair("pixels", pixels, f" ({count} pixels)", float(error.max()), "levels")
+
+
+def _diff_cameras(a: Sequence, b: Sequence) -> Iterator[Difference]:
+    for stream in IMAGE_STREAMS:
+        first, second = a.cameras.get(stream), b.cameras.get(stream)
+        if first != second and stream in a.info.images and stream in b.info.images:
+            shown = [f"fx {camera.k[0]:g}" if camera else "that of the camera" for camera in (first, second)]
+            yield Difference(stream, "calibration", 1, " and ".join(shown))
+    if a.info.camera != b.info.camera:
+        stream = next(iter(a.info.images), "rgb")
+        yield Difference(
+            stream, "camera", 1, f"{a.info.camera or 'unknown'} and {b.info.camera or 'unknown'}"
+        )

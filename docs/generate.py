@@ -28,7 +28,7 @@ def pages() -> dict[Path, str]:
 def command_line() -> str:
     """Return the reference of all commands, as `--help` prints it."""
     parts = ["# Command line\n", _help(cli, "tumtools")]
-    context = click.Context(cli, info_name="tumtools")
+    context = _context(cli, "tumtools")
     for name in COMMANDS:
         command = cli.get_command(context, name)
         if command is not None:
@@ -45,8 +45,14 @@ def _with_subcommands(command: click.Command, path: str) -> Iterator[tuple[str, 
             yield from _with_subcommands(one, f"{path} {name}")
 
 
+def _context(command: click.Command, path: str) -> click.Context:
+    """Return a context as the program makes it, but for a fixed width and under the full name."""
+    settings = cli.context_settings | {"max_content_width": 100, "terminal_width": 100}
+    return click.Context(command, info_name=path, **settings)
+
+
 def _help(command: click.Command, path: str) -> str:
-    context = click.Context(command, info_name=path, max_content_width=100, terminal_width=100)
+    context = _context(command, path)
     text = re.sub(r"[ \t]+$", "", command.get_help(context), flags=re.MULTILINE)
     return f"```text\n{text}\n```\n"
 

@@ -8,6 +8,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# The machines of CI are slow now and then, which says nothing about the code.
+settings.register_profile("tumtools", deadline=None)
+settings.load_profile("tumtools")
 
 
 @pytest.fixture(scope="session")

@@ -7,16 +7,15 @@ from __future__ import annotations
 import queue
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-
-_POLL_SECONDS: Final = 0.2
 
 
 def ordered_map(
@@ -41,13 +40,24 @@ def ordered_map(
     pending: deque[Future[Result]] = deque()
     limit = window or 2 * jobs
     pool = ThreadPoolExecutor(jobs, thread_name_prefix="tumtools")
+    failure: Exception | None = None
+    iterator = iter(items)
     try:
-        for item in items:
+        while True:
+            try:
+                item = next(iterator)
+            except StopIteration:
+                break
+            except Exception as error:  # noqa: BLE001 - its turn comes after what is under way
+                failure = error
+                break
             pending.append(pool.submit(function, item))
             if len(pending) >= limit:
                 yield pending.popleft().result()
         while pending:
             yield pending.popleft().result()
+        if failure is not None:
+            raise failure
     finally:
         # No waiting: the garbage collector may be what ends us, inside any lock of this or another pool.
         pool.shutdown(wait=False, cancel_futures=True)
@@ -74,29 +84,24 @@ def read_ahead(items: Iterable[Item], window: int) -> Iterator[Item]:
                 return
             yield item[0]
     finally:
+        # Not joined, for the reason given in `ordered_map`; room in the queue lets the thread see the end.
         stop.set()
-        thread.join()
+        with suppress(queue.Empty):
+            while True:
+                waiting.get_nowait()
 
 
 def _feed(
     items: Iterable[Item], waiting: queue.Queue[tuple[list[Item], BaseException | None]], stop: Event
 ) -> None:
     """Put the items into the queue, then an empty entry or the exception, until told to stop."""
-
-    def put(item: list[Item], error: BaseException | None = None) -> None:
-        while not stop.is_set():
-            try:
-                waiting.put((item, error), timeout=_POLL_SECONDS)
-            except queue.Full:
-                continue
-            return
-
+    last: tuple[list[Item], BaseException | None] = ([], None)
     try:
         for item in items:
-            put([item])
+            waiting.put(([item], None))
             if stop.is_set():
                 return
     except BaseException as error:  # noqa: BLE001 - it is raised in the caller's thread
-        put([], error)
-    else:
-        put([])
+        last = ([], error)
+    if not stop.is_set():
+        waiting.put(last)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import io
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -30,11 +30,15 @@ HEADER_SIZE: Final = 33
 
 _GREY, _RGB, _PALETTE, _GREY_ALPHA, _RGBA = 0, 2, 3, 4, 6
 _CHANNELS: Final = {_GREY: 1, _RGB: 3, _PALETTE: 1, _GREY_ALPHA: 2, _RGBA: 4}
+_BIT_DEPTHS: Final = {_GREY: {1, 2, 4, 8, 16}, _PALETTE: {1, 2, 4, 8}}
+"""Of the colour types that have others than 8 and 16."""
 _COLOUR_TYPE: Final = {1: _GREY, 3: _RGB, 4: _RGBA}
 _NONE, _SUB, _UP = 0, 1, 2
 _CHUNK_OVERHEAD: Final = 12
 _MAX_DEFLATE_RATIO: Final = 1040
 """Deflate makes at most 1032 bytes of one; a header that promises more lies."""
+_MAX_RAW_BYTES: Final = 1 << 29
+"""An image of half a gigabyte is no camera's."""
 _LEVEL: Final = 1
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
@@ -50,6 +54,7 @@ class PngHeader:
         bit_depth: 1, 2, 4, 8 or 16 bits a sample.
         colour_type: 0 grey, 2 RGB, 3 palette, 4 grey and alpha, 6 RGBA.
         interlaced: Whether the rows are in Adam7 order.
+        transparent: Whether a tRNS chunk makes some colours transparent; known after `check`.
 
     """
 
@@ -58,12 +63,20 @@ class PngHeader:
     bit_depth: int
     colour_type: int
     interlaced: bool
+    transparent: bool = False
+
+    @property
+    def is_grey16(self) -> bool:
+        """Whether it can be depth."""
+        return self.bit_depth == 16 and self.colour_type == _GREY  # noqa: PLR2004
 
     @property
     def encoding(self) -> str:
         """Encoding of the decoded pixels, 16-bit grey taken for depth."""
         if self.bit_depth == 16:  # noqa: PLR2004
             return "16UC1"
+        if self.transparent:
+            return "rgba8"
         return {_GREY: "mono8", _RGB: "rgb8", _PALETTE: "rgb8"}.get(self.colour_type, "rgba8")
 
 
@@ -78,8 +91,17 @@ def header(data: bytes | memoryview) -> PngHeader:
         raise InputError(f"not a PNG file: it begins with {bytes(data[:8])!r}", location="offset 0")
     if len(data) < HEADER_SIZE or bytes(data[8:16]) != b"\0\0\0\rIHDR":
         raise InputError("a PNG file whose header chunk is missing", location="offset 8")
-    width, height, bit_depth, colour_type, _, _, interlace = struct.unpack_from(">IIBBBBB", data, 16)
-    if not width or not height or colour_type not in _CHANNELS or bit_depth not in {1, 2, 4, 8, 16}:
+    width, height, bit_depth, colour_type, *methods = struct.unpack_from(">IIBBBBB", data, 16)
+    compression, filtering, interlace = methods
+    if (
+        not width
+        or not height
+        or colour_type not in _CHANNELS
+        or bit_depth not in _BIT_DEPTHS.get(colour_type, {8, 16})
+        or compression
+        or filtering
+        or interlace > 1
+    ):
         raise InputError("a PNG header with impossible values", location="offset 16")
     return PngHeader(width, height, bit_depth, colour_type, bool(interlace))
 
@@ -91,15 +113,14 @@ def check(data: bytes | memoryview) -> PngHeader:
         InputError: With the offset of the chunk that is damaged or missing.
 
     """
+    return _chunks(memoryview(data))[0]
+
+
+def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
+    """Check the chunks; return the header, complete, and the parts of the image data."""
     found = header(data)
-    _chunks(memoryview(data), found)
-    return found
-
-
-def _chunks(data: memoryview, found: PngHeader) -> tuple[list[memoryview], bool]:
-    """Check the chunks; return the image data, and whether other critical or tRNS chunks are there."""
     parts: list[memoryview] = []
-    extra = False
+    kinds = set()
     position = len(SIGNATURE)
     while True:
         if position + _CHUNK_OVERHEAD > len(data):
@@ -119,16 +140,22 @@ def _chunks(data: memoryview, found: PngHeader) -> tuple[list[memoryview], bool]
             parts.append(data[position + 8 : end - 4])
         elif kind == b"IEND":
             break
-        elif kind in {b"PLTE", b"tRNS"}:
-            extra = True
+        kinds.add(kind)
         position = end
+    if found.colour_type == _PALETTE and b"PLTE" not in kinds:
+        raise InputError("a PNG file with a palette, but without its PLTE chunk", location="offset 33")
     promised = _raw_size(found)
-    if not parts or promised > _MAX_DEFLATE_RATIO * sum(map(len, parts)):
+    if promised > _MAX_DEFLATE_RATIO * sum(map(len, parts)):
         raise InputError(
             f"the PNG header promises {found.width}x{found.height} pixels, the file is too short",
             location="offset 16",
         )
-    return parts, extra
+    if promised > _MAX_RAW_BYTES:
+        raise UnsupportedInputError(
+            f"a PNG of {found.width}x{found.height} pixels is too large to be held in memory",
+            location="offset 16",
+        )
+    return replace(found, transparent=b"tRNS" in kinds), parts
 
 
 def _raw_size(found: PngHeader) -> int:
@@ -145,14 +172,14 @@ def decode(data: bytes | memoryview) -> Pixels:
 
     Raises:
         InputError: The file is damaged.
-        UnsupportedInputError: 16 bits a sample with more than one channel.
+        UnsupportedInputError: 16 bits a sample with more than one channel, or too large.
 
     """
-    found = header(data)
-    parts, extra = _chunks(memoryview(data), found)
+    found, parts = _chunks(memoryview(data))
     if found.bit_depth == 16 and found.colour_type != _GREY:  # noqa: PLR2004
         raise UnsupportedInputError("a PNG with 16 bits a sample and colour or alpha is not supported")
-    if found.bit_depth >= 8 and not extra and not found.interlaced:  # noqa: PLR2004
+    whole_bytes = found.bit_depth >= 8 and found.colour_type in _COLOUR_TYPE.values()  # noqa: PLR2004
+    if whole_bytes and not found.interlaced and not found.transparent:
         pixels = _decode_plain(found, parts)
         if pixels is not None:
             return pixels
@@ -184,8 +211,6 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
     if not (filters == kind).all():
         return None
     channels = _CHANNELS[found.colour_type]
-    if channels == 2:  # noqa: PLR2004 - grey and alpha
-        return None
     sample = found.bit_depth // 8
     filtered = rows[:, 1:].reshape(found.height, found.width, channels * sample)
     if kind == _SUB:
@@ -205,8 +230,7 @@ def _decode_pillow(data: bytes | memoryview, found: PngHeader) -> Pixels:
             picture.load()
             if found.bit_depth == 16:  # noqa: PLR2004
                 return np.asarray(picture).astype(np.uint16, copy=False)
-            transparent = "transparency" in picture.info or found.colour_type in {_GREY_ALPHA, _RGBA}
-            mode = "RGBA" if transparent else "L" if found.colour_type == _GREY else "RGB"
+            mode = {"mono8": "L", "rgb8": "RGB", "rgba8": "RGBA"}[found.encoding]
             return np.asarray(picture if picture.mode == mode else picture.convert(mode))
     except (OSError, SyntaxError, ValueError, struct.error, PillowImage.DecompressionBombError) as error:
         raise InputError(f"the PNG file cannot be decoded: {error}") from error
@@ -224,7 +248,7 @@ def encode(pixels: npt.NDArray[np.generic]) -> bytes:
         ValueError: Another shape or type.
 
     """
-    channels = pixels.shape[2] if pixels.ndim == 3 else 1  # noqa: PLR2004
+    channels = {2: 1, 3: pixels.shape[-1]}.get(pixels.ndim, 0)
     if pixels.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or channels not in _COLOUR_TYPE:
         raise ValueError(f"cannot write {pixels.dtype} {pixels.shape} as PNG")
     if pixels.dtype.itemsize == 2 and channels != 1:  # noqa: PLR2004

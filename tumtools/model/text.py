@@ -31,8 +31,9 @@ class TextLayout:
         value_format: printf format of each value (`%.4f`), or `SHORTEST`. Not used by image lists.
         separator: Between fields.
         newline: Line end of the rows.
-        overrides: Row number (0 = first row) -> its literal text without the final line end; it may
-            begin with comment or blank lines that stand before the row.
+        overrides: Row number (0 = first row) -> its literal text up to the final line feed (a carriage
+            return before that is part of it); it may begin with comment or blank lines that stand before
+            the row.
         tail: All text after the last row's line end.
         final_newline: False when the file ends with the last row and no line end.
 

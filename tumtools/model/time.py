@@ -24,7 +24,7 @@ _NANOSECONDS_PER_TICK: Final = 100
 
 _INT64_LIMIT: Final = 2**63
 _MAX_EXPONENT: Final = 30
-_NUMBER = re.compile(r"([+-]?)(\d{0,40})(?:\.(\d{0,40}))?(?:[eE]([+-]?\d{1,3}))?")
+_NUMBER = re.compile(r"([+-]?)(\d{0,40})(?:\.(\d{0,40}))?(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
 
 
 def parse_stamp(text: str) -> int:

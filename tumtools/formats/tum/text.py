@@ -33,9 +33,11 @@ COLUMNS: Final = {
     "list": "timestamp filename",
 }
 
-_SEPARATORS = re.compile(r"[,\s]+")
-_FIXED = re.compile(r"[+-]?\d+\.(\d+)")
-_SCIENTIFIC = re.compile(r"[+-]?\d\.(\d+)e[+-]\d\d")
+_SEPARATORS = re.compile(r"[,\s]+", re.ASCII)
+_FIXED = re.compile(r"[+-]?\d+\.(\d+)", re.ASCII)
+_SCIENTIFIC = re.compile(r"[+-]?\d\.(\d+)e[+-]\d\d", re.ASCII)
+_MAX_VALUE_DECIMALS: Final = 30
+"""More are never printed on purpose; such a value is kept literally."""
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _BOM = "\ufeff"
 
@@ -99,6 +101,10 @@ def parse(data: bytes, stream: str, path: str, *, tolerant: bool = False) -> Tab
         raise InputError(
             "this is not UTF-8 text (UTF-16 or binary)", path=path, location="line 1", hint="save it as UTF-8"
         )
+    if b"\r" in data and b"\n" not in data:
+        raise InputError(
+            "the lines end with CR alone", path=path, location="line 1", hint="save it with LF line ends"
+        )
     table = _parse_uniform(data, stream) or _parse_lines(data, stream)
     for problem in table.problems:
         if not problem.is_header and not tolerant:
@@ -160,7 +166,7 @@ def _layout_of_row(row: str, stream: str) -> TextLayout | None:
 
 def _format_of_value(token: str) -> str:
     for pattern, letter in ((_FIXED, "f"), (_SCIENTIFIC, "e")):
-        if match := pattern.fullmatch(token):
+        if (match := pattern.fullmatch(token)) and len(match[1]) <= _MAX_VALUE_DECIMALS:
             return f"%.{len(match[1])}{letter}"
     return SHORTEST
 
@@ -179,10 +185,10 @@ def _parse_lines(data: bytes, stream: str) -> Table:
     raw: list[str] = []
     problems: list[Problem] = []
     pending: list[str] = []
-    head: list[str] | None = None
+    head: str | None = None
     layout: TextLayout | None = None
     for number, line in enumerate(lines, 1):
-        stripped = line.strip().removeprefix(_BOM)
+        stripped = line.strip().removeprefix(_BOM).lstrip()
         if stripped and not stripped.startswith("#"):
             try:
                 stamp, numbers_of_row, name = _parse_row(stripped, stream)
@@ -190,11 +196,12 @@ def _parse_lines(data: bytes, stream: str) -> Table:
                 problems.append(_problem(number, stripped, stream, str(error), not stamps))
             else:
                 if head is None:
-                    head, pending = pending, []
-                    layout = _layout_of_row(line + "\n", stream)
+                    head = "".join(f"{text}\n" for text in pending)
+                    pending = []
                     if line.startswith(_BOM):
-                        head.append(_BOM)
+                        head += _BOM
                         line = line.removeprefix(_BOM)  # noqa: PLW2901 - the mark belongs to the head
+                    layout = _layout_of_row(line + "\n", stream)
                 stamps.append(stamp)
                 values.append(numbers_of_row)
                 names.extend(name)
@@ -204,7 +211,6 @@ def _parse_lines(data: bytes, stream: str) -> Table:
                 continue
         pending.append(line)
     if head is None:
-        head, pending = pending, []
         return _table_without_rows(text, stream, tuple(problems))
     columns = (
         np.array(stamps, np.int64),
@@ -213,7 +219,7 @@ def _parse_lines(data: bytes, stream: str) -> Table:
     tail = "\n".join(pending) + ("\n" if pending and final_newline else "")
     layout = replace(
         layout or TextLayout(),
-        head="".join(line if line == _BOM else line + "\n" for line in head),
+        head=head,
         tail=tail,
         final_newline=final_newline or bool(pending),
     )
@@ -237,7 +243,17 @@ def _parse_row(text: str, stream: str) -> tuple[int, list[float], list[str]]:
         return parse_stamp(fields[0]), [], [fields[1]]
     if len(fields) != width + 1:
         raise ValueError(f"{len(fields)} columns instead of {width + 1}")
-    return parse_stamp(fields[0]), [float(field) for field in fields[1:]], []
+    return parse_stamp(fields[0]), [_parse_value(field) for field in fields[1:]], []
+
+
+def _parse_value(text: str) -> float:
+    # float() also takes `1_000` and the digits of other scripts, which are no numbers to anybody else.
+    try:
+        if "_" not in text and text.isascii():
+            return float(text)
+    except ValueError:
+        pass
+    raise ValueError(f"not a number: {text!r}")
 
 
 def _problem(number: int, text: str, stream: str, reason: str, before_rows: bool) -> Problem:
@@ -257,8 +273,10 @@ def _overrides(
 ) -> dict[int, str]:
     """Return the rows that the layout does not reproduce, with the lines that stand before them."""
     end = layout.newline[:-1]
-    rendered = [row + end for row in render_rows(layout, stream, stamps, values)]
-    return {number: text for number, (row, text) in enumerate(zip(rendered, raw, strict=True)) if row != text}
+    rows = render_rows(layout, stream, stamps, values)
+    return {
+        number: text for number, (row, text) in enumerate(zip(rows, raw, strict=True)) if row + end != text
+    }
 
 
 def render_rows(
@@ -289,18 +307,15 @@ def render(
 
     """
     if layout.overrides or not _plain(layout, stamps):
-        rows = render_rows(layout, stream, stamps, values)
+        rows = [row + layout.newline for row in render_rows(layout, stream, stamps, values)]
         for number, text in layout.overrides.items():
-            rows[number] = text.removesuffix(layout.newline[:-1]) if layout.newline == "\r\n" else text
-        body = "".join(row + layout.newline for row in rows)
+            rows[number] = text + "\n"
+        body = "".join(rows)
     else:
         body = _render_uniform(layout, stream, stamps, values)
     if not layout.final_newline and not layout.tail:
-        body = (
-            body.removesuffix("\n").removesuffix("\r")
-            if layout.newline == "\r\n"
-            else body.removesuffix("\n")
-        )
+        literal = len(stamps) - 1 in layout.overrides
+        body = body.removesuffix("\n" if literal else layout.newline)
     return (layout.head + body + layout.tail).encode("utf-8", "surrogateescape")
 
 

@@ -122,7 +122,8 @@ def _name_repeats_apart(sequence: Sequence, stream: str, layout: TextLayout) -> 
             number = known.setdefault(bytes(png_of(frame.load())), len(known))
             if number and frame.row not in overrides:
                 text = format_stamp(stamp, layout.stamp_decimals)
-                overrides[frame.row] = f"{text}{layout.separator}{stream}/{text}-{number}.png"
+                name = f"{stream}/{text}-{number}.png"
+                overrides[frame.row] = f"{text}{layout.separator}{name}{layout.newline[:-1]}"
     return replace(layout, overrides=overrides)
 
 

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Threads keep the order, a bounded window, and leave nothing behind."""
+
+from __future__ import annotations
+
+import gc
+import threading
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tumtools.images.parallel import ordered_map, read_ahead
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+def _ours() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name.startswith("tumtools")]
+
+
+@pytest.fixture(autouse=True)
+def _no_threads_are_left() -> Iterator[None]:
+    yield
+    for thread in _ours():
+        thread.join(5)
+    assert _ours() == []
+
+
+def _items(taken: list[int], count: int = 100, fail_at: int | None = None) -> Iterator[int]:
+    for number in range(count):
+        if number == fail_at:
+            raise KeyError(number)
+        taken.append(number)
+        yield number
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 8])
+def test_results_come_in_order(jobs: int) -> None:
+    def slow_first(number: int) -> int:
+        time.sleep(0.002 * (number % 3 == 0))
+        return -number
+
+    assert list(ordered_map(slow_first, range(50), jobs)) == [-number for number in range(50)]
+
+
+@pytest.mark.parametrize(("jobs", "window", "ahead"), [(2, None, 4), (2, 3, 3), (4, 1, 1), (1, None, 1)])
+def test_items_are_taken_within_the_window(jobs: int, window: int | None, ahead: int) -> None:
+    taken: list[int] = []
+    for done, _ in enumerate(ordered_map(str, _items(taken), jobs, window)):
+        assert len(taken) - done <= ahead
+    assert len(taken) == 100
+
+
+def test_the_function_runs_in_the_threads_and_the_iterable_in_the_callers() -> None:
+    def items() -> Iterator[threading.Thread]:
+        for _ in range(5):
+            yield threading.current_thread()
+
+    pairs = list(ordered_map(lambda caller: (caller, threading.current_thread()), items(), 2))
+    assert all(caller is threading.main_thread() and worker is not caller for caller, worker in pairs)
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 8])
+def test_an_exception_of_the_function_comes_at_its_place(jobs: int) -> None:
+    results = ordered_map(lambda number: 1 // (7 - number), range(100), jobs)
+    assert [next(results) for _ in range(7)] == [1 // (7 - number) for number in range(7)]
+    with pytest.raises(ZeroDivisionError):
+        next(results)
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 8])
+def test_an_exception_of_the_iterable_comes_at_its_place(jobs: int) -> None:
+    results = ordered_map(str, _items([], fail_at=7), jobs)
+    assert [next(results) for _ in range(7)] == list("0123456")
+    with pytest.raises(KeyError):
+        next(results)
+
+
+def test_what_is_abandoned_leaves_no_threads() -> None:
+    results = ordered_map(str, _items([]), 4)
+    assert next(results) == "0"
+    results.close()
+
+
+def test_read_ahead_gives_the_items_in_order_and_no_more_than_the_window_early() -> None:
+    taken: list[int] = []
+    for done, number in enumerate(read_ahead(_items(taken), 3)):
+        assert number == done
+        # In the queue, and one in the hands of the thread on either side.
+        assert len(taken) - done <= 3 + 2
+    assert len(taken) == 100
+
+
+def test_read_ahead_passes_on_an_exception_at_its_place() -> None:
+    items = read_ahead(_items([], fail_at=5), 2)
+    assert [next(items) for _ in range(5)] == [0, 1, 2, 3, 4]
+    with pytest.raises(KeyError):
+        next(items)
+
+
+@pytest.mark.parametrize("taken", [0, 1, 50])
+def test_read_ahead_that_is_abandoned_leaves_no_thread(taken: int) -> None:
+    items = read_ahead(iter(range(10**9)), 2)
+    for _ in range(taken):
+        next(items)
+    del items
+    gc.collect()
+
+
+def test_items_may_be_none_or_empty() -> None:
+    assert list(read_ahead([None, [], 0], 1)) == [None, [], 0]
+    assert list(ordered_map(bool, [None, [], 0], 2)) == [False, False, False]
+    assert list(read_ahead([], 1)) == list(ordered_map(str, [], 2)) == []

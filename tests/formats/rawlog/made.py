@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from tumtools.model.image import Image
 
+COLLECTION = "CActionCollection"
 FIRST = 1_305_031_229_528_748_000
 FRAME_NS = 33_333_000
 

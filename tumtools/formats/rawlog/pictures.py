@@ -37,7 +37,7 @@ _JPEG_MAGIC: Final = b"\xff\xd8"
 _INFRARED: Final = 1
 _METRES: Final = 1.0
 _DEFAULT_UNITS: Final = 0.001
-_STAMP_IN_NAME: Final = re.compile(r"(?:.*/)?(\d+\.\d{1,9})(?:-\d+)?_(?:rgb|depth|ir)\.\w+")
+_STAMP_IN_NAME: Final = re.compile(r"(?:.*/)?(-?\d{1,10}\.\d{1,9})(?:-(\d{1,9}))?_(?:rgb|depth|ir)\.\w+")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,10 +69,13 @@ class Picture:
         return ticks_to_stamp(self.ticks)
 
     @property
-    def stamp_of_file(self) -> int | None:
-        """The stamp that the external file is named after, if it is named so."""
+    def named(self) -> tuple[int, int] | None:
+        """The stamp that the external file is named after, and its number among equal ones."""
         match = _STAMP_IN_NAME.fullmatch(self.file) if self.file else None
-        return parse_stamp(match[1]) if match else None
+        try:
+            return (parse_stamp(match[1]), int(match[2] or 0)) if match else None
+        except ValueError:  # a number like a stamp, but beyond the year 2262
+            return None
 
     @property
     def nbytes(self) -> int:

@@ -147,11 +147,16 @@ class RawlogSequence(Sequence):
     def _make_entries(self, places: list[Place]) -> dict[str, list[_Entry]]:
         """Give every image its stamp and its row; in the order of the rows."""
         listed = self._notes.counts if self._notes else ()
-        entries: dict[str, list[_Entry]] = {stream: [] for stream in IMAGE_STREAMS if stream in listed}
+        by_stream: dict[str, list[Place]] = {stream: [] for stream in IMAGE_STREAMS if stream in listed}
         for place in places:
-            stream = place.picture.stream
-            rows = entries.setdefault(stream, [])
-            rows.append(_Entry(stream, self._stamp(place.picture), len(rows), place))
+            by_stream.setdefault(place.picture.stream, []).append(place)
+        entries = {}
+        for stream, group in by_stream.items():
+            if self._notes:
+                group.sort(key=lambda place: place.picture.named or (self._stamp(place.picture), 0))
+            entries[stream] = [
+                _Entry(stream, self._stamp(place.picture), row, place) for row, place in enumerate(group)
+            ]
         for stream, order in (self._notes.rows if self._notes else {}).items():
             if stream in entries and sorted(order) == list(range(len(entries[stream]))):
                 moved = [replace(entry, row=row) for entry, row in zip(entries[stream], order, strict=True)]
@@ -159,9 +164,9 @@ class RawlogSequence(Sequence):
         return {stream: entries[stream] for stream in IMAGE_STREAMS if stream in entries}
 
     def _stamp(self, picture: Picture) -> int:
-        named = picture.stamp_of_file
-        if named is not None and (self._notes or abs(named - picture.stamp) <= _FLOAT_TIME_ERROR_NS):
-            return named
+        named = picture.named
+        if named is not None and (self._notes or abs(named[0] - picture.stamp) <= _FLOAT_TIME_ERROR_NS):
+            return named[0]
         return picture.stamp
 
     def _make_accelerometer(self, found: Survey, label: str | None) -> Accelerometer | None:

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Compression is told by the first bytes; damage is named; a large file is inflated piece by piece."""
+
+from __future__ import annotations
+
+import gzip
+import tracemalloc
+import zlib
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+import pytest
+import zstandard
+
+from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.rawlog.compression import CONTAINERS, Pieces, deflate, deflater, inflate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+DATA = bytes(range(256)) * 3000
+
+
+def _all(path: Path) -> tuple[str, bytes]:
+    with closing(Pieces(path)) as pieces:
+        return pieces.container, b"".join(iter(pieces.next, b""))
+
+
+@pytest.mark.parametrize("container", CONTAINERS)
+def test_a_stream_comes_back(container: str, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    compressor = deflater(container)  # type: ignore[arg-type]
+    parts = [compressor.compress(DATA[:1000]), compressor.compress(DATA[1000:]), compressor.flush()]
+    path.write_bytes(b"".join(parts))
+    assert _all(path) == (container, DATA)
+    assert inflate(deflate(DATA, container), len(DATA), path) == DATA  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("size", [1, 100, 256 * 1024 - 20])
+def test_gzip_may_have_several_members_wherever_they_end(size: int, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    noise = zlib.compress(DATA) * 100
+    path.write_bytes(gzip.compress(noise[:size], 0) + gzip.compress(DATA) + b"trailing garbage")
+    assert _all(path) == ("gzip", noise[:size] + DATA)
+
+
+def test_zstd_may_have_several_frames(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(zstandard.compress(DATA) + zstandard.compress(b"more"))
+    assert _all(path) == ("zstd", DATA + b"more")
+
+
+def test_gzip_that_is_cut_off_is_given_up_to_the_cut_and_then_named(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(gzip.compress(DATA)[:-12])
+    with closing(Pieces(path)) as pieces:
+        assert pieces.next()
+        with pytest.raises(InputError, match="ends before the end of the gzip member"):
+            list(iter(pieces.next, b""))
+
+
+def test_a_wrong_checksum_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    data = bytearray(gzip.compress(DATA))
+    data[-6] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="damaged gzip data"):
+        _all(path)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(MissingInputError, match=r"no\.rawlog"):
+        Pieces(tmp_path / "no.rawlog")
+
+
+def test_a_small_file_that_inflates_to_a_giant_takes_no_memory(tmp_path: Path) -> None:
+    path = tmp_path / "bomb"
+    compressor = zlib.compressobj(9, zlib.DEFLATED, 31)
+    zeros = bytes(2**20)
+    path.write_bytes(b"".join(compressor.compress(zeros) for _ in range(200)) + compressor.flush())
+    tracemalloc.start()
+    with closing(Pieces(path)) as pieces:
+        total = sum(map(len, iter(pieces.next, b"")))
+    with pytest.raises(InputError, match="more than 1000000 bytes"):
+        inflate(path.read_bytes(), 1_000_000, path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert total == 200 * 2**20
+    assert peak < 20 * 2**20
+
+
+def test_the_gzip_of_a_rawlog_is_that_of_mrpt() -> None:
+    compressor = deflater("gzip")
+    # 1F 8B, deflate, no flags, no time, "fastest", Unix.
+    assert compressor.compress(b"") + compressor.flush() == bytes.fromhex(
+        "1f8b080000000000040303000000000000000000"
+    )

@@ -84,6 +84,15 @@ def _at_most(seconds: int) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
+def test_undamaged_it_is_read_to_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "a.rawlog"
+    path.write_bytes(_rich())
+    assert _read(path) is None
+    found = describe(path)
+    assert (found.stopped, found.objects, found.inflated_bytes) == (None, 6, len(_rich()))
+    assert found.images == {"rgb": 1, "depth": 1}
+
+
 @pytest.mark.parametrize("packed", [False, True])
 def test_truncated_anywhere(packed: bool, tmp_path: Path) -> None:
     data = gzip.compress(_rich(), 1, mtime=0) if packed else _rich()

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tumtools.model.camera import CameraInfo
 
 _INT64_LIMIT: Final = 2**63
+_WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage", "CObservationIMU"})
 _COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
 
 
@@ -121,7 +122,7 @@ class Survey:
             if observation is not record:
                 self.classes[observation.name, observation.version] += 1
             label, ticks = observation.text("label"), observation.integer("time")
-            if ticks and abs(ticks_to_stamp(ticks)) >= _INT64_LIMIT:
+            if observation.type in _WITH_STREAMS and ticks and abs(ticks_to_stamp(ticks)) >= _INT64_LIMIT:
                 raise InputError(
                     f"{observation.name} has the time {ticks}, beyond the year 2262",
                     path=self.objects.path,

@@ -47,7 +47,7 @@ def _rich() -> bytes:
     old = imu()
     old.version = 3
     records = [
-        Record("CObservationComment", 0, {"text": '{"tumtools":{"schema":1}}', "time": 1}),
+        Record("CObservationComment", 0, {"text": '{"rawlog":{"counts":{}}}', "time": 1}),
         full,
         old,
         Record("CSensoryFrame", 2, {"objects": [imu(), Record(COLLECTION, 0, {"objects": []})]}),

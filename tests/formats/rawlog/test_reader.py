@@ -11,7 +11,7 @@ import pytest
 
 from tests.formats.rawlog import made
 from tests.formats.rawlog.made import TICKS, image_record, imu, names_of, opened, save, scan, with_depth
-from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
+from tumtools.errors import InputError, MissingInputError, UnsupportedInputError, UsageError
 from tumtools.formats.rawlog import reader
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.observations import imu_of
@@ -103,15 +103,18 @@ def test_several_sensors_for_one_stream_are_listed_and_one_can_be_chosen(tmp_pat
     scans = [scan(TICKS + n, label, **with_depth(COUNTS)) for n, label in enumerate(["L", "R", "R"])]
     path = save(tmp_path / "a.rawlog", *scans)
     with pytest.raises(
-        InputError, match=r"several sensors give depth: 'L' \(1\), 'R' \(2\)(?s:.*)--topic depth=L"
+        UsageError, match=r"several sensors give depth: 'L' \(1\), 'R' \(2\)(?s:.*)--topic depth=L"
     ):
         opened(path)
+    with opened(path, lenient=True) as sequence:
+        assert sequence.info.images == {}
+        assert "several sensors give depth" in sequence.info.warnings[0]
     with opened(path, topics={"depth": "R"}) as sequence:
         assert sequence.info.images["depth"].count == 2
         assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
             ("L", "depth image", 1)
         ]
-    with pytest.raises(InputError, match="no sensor 'X' gives depth"):
+    with pytest.raises(UsageError, match="no sensor 'X' gives depth"):
         opened(path, topics={"depth": "X"})
 
 

@@ -18,6 +18,7 @@ from tests.formats.rawlog.made import FIRST, FRAME_NS, Made, names_of, opened, w
 from tumtools.convert import convert
 from tumtools.digest import digest
 from tumtools.errors import UsageError
+from tumtools.formats.metadata import Metadata
 from tumtools.formats.options import ReadOptions, WriteOptions, no_progress
 from tumtools.formats.rawlog import writer
 from tumtools.formats.rawlog.comment import Notes, dump, parse
@@ -212,13 +213,22 @@ def test_a_rawlog_that_was_cut_since_is_read_with_a_warning(tmp_path: Path) -> N
 
 
 def test_a_comment_that_is_damaged_is_not_used(tmp_path: Path) -> None:
-    text = dump(Notes("modern", "x", text={"rgb": TextLayout()}))
+    text = dump(
+        Notes(Metadata("x", text={"rgb": TextLayout()}), "modern", cameras={"rgb": calibration("fr1", "rgb")})
+    )
     assert parse(text) is not None
     assert parse("somebody's") is None
-    for damaged in (text[:-5], text.replace('"%.6f"', '"%n"'), text.replace('"schema":1', '"schema":2')):
-        with pytest.raises(ValueError, match=r"."):
-            parse(damaged)
-    for damaged in ('{"tumtools":[]}', '{"tumtools":' + "[" * 100_000, text.replace('"text"', '"next"')):
+    for damaged in (
+        text[:-5],
+        text.replace("%.6f", "%n"),
+        text.replace('"version":"1"', '"version":"2"'),
+        text.replace('"counts"', '"accounts"'),
+        text.replace('"width":640', '"width":{}'),
+        text.replace('"tumtools":{', '"tumtools":[{').replace("}}", "}]}"),
+        '{"rawlog":[]}',
+        '{"rawlog":' + "[" * 100_000,
+    ):
+        assert damaged != text
         with pytest.raises(ValueError, match=r"."):
             parse(damaged)
 
@@ -238,10 +248,12 @@ def test_options_without_a_meaning_are_refused(options: dict[str, str], message:
 
 
 def test_the_plan_tells_the_losses_and_a_size_without_writing() -> None:
-    losses, size = writer.plan(made.typical(), WriteOptions())
-    assert losses == ()
-    assert size > 0
-    losses, _ = writer.plan(made.typical(), WriteOptions(dialect="converter"))
+    plan = writer.plan(made.typical(), WriteOptions())
+    assert plan.losses == ()
+    assert plan.nbytes > 0
+    assert "the camera is unknown" in plan.warnings[0]
+    assert writer.plan(made.typical(), WriteOptions(camera="fr1")).warnings == ()
+    losses = writer.plan(made.typical(), WriteOptions(dialect="converter")).losses
     assert {loss.what for loss in losses} >= {"stamps replaced", "rows dropped"}
 
 

@@ -61,7 +61,7 @@ class Slot:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class ScanPlan:
     """The scans of a rawlog in order of time, and its accelerometer rows.
 
     Attributes:
@@ -91,7 +91,7 @@ class Plan:
 # --- lossless -----------------------------------------------------------------------------------------
 
 
-def plan_lossless(sequence: Sequence) -> Plan:
+def plan_lossless(sequence: Sequence) -> ScanPlan:
     """Plan the dialects `modern` and `legacy`: every image and every row once, at its own stamp.
 
     Colour and depth images that are each other's nearest become one scan at the time of the colour image.
@@ -117,7 +117,7 @@ def plan_lossless(sequence: Sequence) -> Plan:
             slots.append((stamp, order, slot))
     slots.sort(key=lambda item: item[:2])
     ticks, rows = _imu_by_stamp(sequence)
-    return Plan(tuple(slot for _, _, slot in slots), ticks, rows)
+    return ScanPlan(tuple(slot for _, _, slot in slots), ticks, rows)
 
 
 def _mutual_nearest(
@@ -209,7 +209,7 @@ class _Clock:
 _MEAN_WHY: Final = "this dialect has one time per scan, the mean of colour and depth"
 
 
-def plan_converter(sequence: Sequence) -> Plan:
+def plan_converter(sequence: Sequence) -> ScanPlan:
     """Plan what MRPT's `rgbd_dataset2rawlog` writes: a scan for each colour image that has a depth image.
 
     The arithmetic is that program's, in float64, so that times come out as its.
@@ -237,7 +237,7 @@ def plan_converter(sequence: Sequence) -> Plan:
             imu_rows.append(imu.rows[sample])
             moved["accelerometer"].add(stamp - int(imu.stamps[imu.rows[sample]]))
     losses = tuple(_converter_losses(sequence, slots, imu_rows, moved))
-    return Plan(tuple(slots), np.array(imu_ticks, np.int64), np.array(imu_rows, np.intp), losses)
+    return ScanPlan(tuple(slots), np.array(imu_ticks, np.int64), np.array(imu_rows, np.intp), losses)
 
 
 def _converter_scans(rgb: _Clock, depth: _Clock) -> Iterator[tuple[float, int | None, int | None]]:

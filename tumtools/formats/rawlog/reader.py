@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.errors import InputError, MissingInputError
+from tumtools.errors import InputError, MissingInputError, UsageError
 from tumtools.formats.rawlog import comment
 from tumtools.formats.rawlog.externals import Folder
 from tumtools.formats.rawlog.pictures import Picture, pictures_of
@@ -42,11 +42,14 @@ if TYPE_CHECKING:
 
 SUFFIX: Final = ".rawlog"
 GROUNDTRUTH_FILE: Final = "groundtruth.txt"
-_ACCELEROMETER: Final = "accelerometer"
+_GROUNDTRUTH: Final = "groundtruth"
+ACCELEROMETER: Final = "accelerometer"
 _FLOAT_TIME_ERROR_NS: Final = 1000
 """A time that went through float64 is off by less than this; the file name then tells it exactly."""
 _HELD_BYTES: Final = 64 * 2**20
 """Embedded images that come before their turn are kept up to this size, and read again beyond it."""
+_METRES: Final = 1.0
+"""Units per metre of depth that was in metres, not in counts."""
 _NO_PLACE: Final = "a sequence has no stream for it"
 
 
@@ -107,14 +110,15 @@ class RawlogSequence(Sequence):
         self._survey = found
         self._warnings: list[str] = []
         self._notes = self._read_notes(found)
-        labels = _choose_labels(found, options, path)
-        places = [place for place in found.places if labels[place.picture.stream] == place.picture.label]
+        self._metadata = self._notes.metadata if self._notes else None
+        labels = self._choose_labels(found, options)
+        places = [place for place in found.places if labels.get(place.picture.stream) == place.picture.label]
         self._entries = self._make_entries(places)
         self._stamps = {
             stream: np.array([entry.stamp for entry in entries], np.int64)
             for stream, entries in self._entries.items()
         }
-        self.accelerometer = self._make_accelerometer(found, labels.get(_ACCELEROMETER))
+        self.accelerometer = self._make_accelerometer(found, labels.get(ACCELEROMETER))
         self._drop_stale_notes()
         self.groundtruth, text = self._read_groundtruth()
         self.cameras = (
@@ -144,6 +148,29 @@ class RawlogSequence(Sequence):
             )
             return None
 
+    def _choose_labels(self, found: Survey, options: ReadOptions) -> dict[str, str]:
+        """Choose the sensor of each stream.
+
+        Raises:
+            UsageError: Several fit, or the one that was asked for is not there.
+
+        """
+        chosen = {}
+        for stream, labels in found.candidates().items():
+            listed = ", ".join(f"{label!r} ({count})" for label, count in labels.items())
+            asked = options.topics.get(stream)
+            if asked is not None and asked not in labels:
+                raise UsageError(f"no sensor {asked!r} gives {stream}; there are {listed}", path=self._path)
+            if asked is None and len(labels) > 1:
+                text = f"several sensors give {stream}: {listed}"
+                choice = f"--topic {stream}={next(iter(labels))}"
+                if not options.lenient:
+                    raise UsageError(text, path=self._path, hint=f"choose one: {choice}")
+                self._warnings.append(f"{self._path}: {text}; choose one: {choice}")
+            else:
+                chosen[stream] = asked if asked is not None else next(iter(labels))
+        return chosen
+
     def _make_entries(self, places: list[Place]) -> dict[str, list[_Entry]]:
         """Give every image its stamp and its row; in the order of the rows."""
         listed = self._notes.counts if self._notes else ()
@@ -157,7 +184,7 @@ class RawlogSequence(Sequence):
             entries[stream] = [
                 _Entry(stream, self._stamp(place.picture), row, place) for row, place in enumerate(group)
             ]
-        for stream, order in (self._notes.rows if self._notes else {}).items():
+        for stream, order in (self._metadata.row_order if self._metadata else {}).items():
             if stream in entries and sorted(order) == list(range(len(entries[stream]))):
                 moved = [replace(entry, row=row) for entry, row in zip(entries[stream], order, strict=True)]
                 entries[stream] = sorted(moved, key=lambda entry: entry.row)
@@ -172,7 +199,7 @@ class RawlogSequence(Sequence):
     def _make_accelerometer(self, found: Survey, label: str | None) -> Accelerometer | None:
         rows = found.accelerations.get(label) if label is not None else None
         if rows is None:
-            return Accelerometer.empty() if self._notes and _ACCELEROMETER in self._notes.counts else None
+            return Accelerometer.empty() if self._notes and ACCELEROMETER in self._notes.counts else None
         ticks = np.array(rows.ticks, np.uint64).astype(np.int64)
         stamps = (ticks - stamp_to_ticks(0)) * 100
         values = np.array(rows.values).reshape(-1, 3)
@@ -190,7 +217,7 @@ class RawlogSequence(Sequence):
         remainders = self._notes.accelerometer_remainders_ns
         if len(remainders) == len(stamps):
             stamps += np.array(remainders, np.int64)
-        order = np.array(self._notes.rows.get(_ACCELEROMETER, ()), np.int64)
+        order = np.array(self._notes.metadata.row_order.get(ACCELEROMETER, ()), np.int64)
         if np.array_equal(np.sort(order), np.arange(len(stamps))):
             back = np.argsort(order)
             stamps, values = stamps[back], values[back]
@@ -198,13 +225,15 @@ class RawlogSequence(Sequence):
 
     def _drop_stale_notes(self) -> None:
         """Forget what the comment says of single rows of streams that have been cut since."""
-        if self._notes is None:
+        if self._notes is None or self._metadata is None:
             return
         counts = {stream: len(stamps) for stream, stamps in self._stamps.items()}
         if self.accelerometer is not None:
-            counts[_ACCELEROMETER] = len(self.accelerometer)
-        text = dict(self._notes.text)
-        for stream, layout in self._notes.text.items():
+            counts[ACCELEROMETER] = len(self.accelerometer)
+        text = dict(self._metadata.text)
+        for stream, layout in self._metadata.text.items():
+            if stream == _GROUNDTRUTH:
+                continue
             now, written = counts.get(stream, 0), self._notes.counts.get(stream, 0)
             if now != written:
                 text[stream] = replace(layout, overrides={}, tail="", final_newline=True)
@@ -212,22 +241,22 @@ class RawlogSequence(Sequence):
                     f"{self._path}: {now} of the {written} rows of {stream} are there; "
                     "the rawlog has been edited since it was written"
                 )
-        self._notes = replace(self._notes, text=text)
+        self._metadata = replace(self._metadata, text=text)
 
     def _read_groundtruth(self) -> tuple[Trajectory | None, dict[str, TextLayout]]:
         """Read the text file beside the rawlog."""
         path = self._path.parent / GROUNDTRUTH_FILE
-        text = dict(self._notes.text) if self._notes else {}
+        text = dict(self._metadata.text) if self._metadata else {}
         try:
             data = path.read_bytes()
         except FileNotFoundError:
             return None, text
         except OSError as error:
             raise InputError(f"cannot be read ({error.strerror})", path=path) from error
-        table = parse(data, "groundtruth", str(path))
+        table = parse(data, _GROUNDTRUTH, str(path))
         return Trajectory(table.stamps, table.values[:, :3], table.values[:, 3:]), {
             **text,
-            "groundtruth": table.layout,
+            _GROUNDTRUTH: table.layout,
         }
 
     def _is_there(self, entry: _Entry) -> bool:
@@ -255,16 +284,16 @@ class RawlogSequence(Sequence):
             warn(f"{path}: {len(self._missing)} external files are missing, the first is {name}")
 
     def _make_info(self, found: Survey, labels: dict[str, str], text: dict[str, TextLayout]) -> SequenceInfo:
-        notes, stem = self._notes, self._path.name.removesuffix(SUFFIX)
+        meta, stem = self._metadata, self._path.name.removesuffix(SUFFIX)
         return SequenceInfo(
-            name=notes.name if notes else stem,
+            name=meta.name if meta else stem,
             format="rawlog",
-            camera=notes.camera if notes else camera_of_name(stem),
+            camera=meta.camera if meta else camera_of_name(stem),
             images={stream: self._image_info(stream, labels.get(stream, "")) for stream in self._entries},
             text=text,
-            frame_ids=dict(notes.frame_ids) if notes else {},
-            licence=notes.licence if notes else None,
-            citation=notes.citation if notes else None,
+            frame_ids=dict(self._notes.frame_ids) if self._notes else {},
+            licence=meta.licence if meta else None,
+            citation=meta.citation if meta else None,
             not_carried=tuple(self._not_carried(found, labels)),
             warnings=tuple(self._warnings),
         )
@@ -297,10 +326,10 @@ class RawlogSequence(Sequence):
         others = Counter(
             (place.picture.label, f"{place.picture.stream} image")
             for place in found.places
-            if labels[place.picture.stream] != place.picture.label
+            if labels.get(place.picture.stream) != place.picture.label
         )
         for (label, what), count in sorted(others.items()):
-            yield Loss(label, what, count, "another sensor was chosen for the stream")
+            yield Loss(label, what, count, "no or another sensor was chosen for the stream")
         if found.comment and self._notes is None:
             yield Loss("comment", "comment text", 1, _NO_PLACE)
 
@@ -352,7 +381,8 @@ class RawlogSequence(Sequence):
             yield Frame(entry.stream, entry.stamp, entry.row, load, frame_ids.get(entry.stream))
 
     def _load(self, picture: Picture) -> Image:
-        return picture.load(self._folder, self._notes.depth_units_per_metre if self._notes else None)
+        units = self._metadata.depth_units_per_metre if self._metadata else None
+        return picture.load(self._folder, None if units == _METRES else units)
 
     def _load_again(self, place: Place) -> Image:
         """Read an embedded image that was not held, from the beginning of the file."""
@@ -401,31 +431,3 @@ def _pictures(found: Survey) -> Iterator[tuple[int, int, Picture]]:
                 part += 1
         if number + 1 == found.count:
             return
-
-
-def _choose_labels(found: Survey, options: ReadOptions, path: Path) -> dict[str, str]:
-    """Choose the sensor of each stream.
-
-    Raises:
-        InputError: Several fit, or the one that was asked for is not there.
-
-    """
-    candidates: dict[str, Counter[str]] = {}
-    for place in found.places:
-        candidates.setdefault(place.picture.stream, Counter())[place.picture.label] += 1
-    for label, rows in found.accelerations.items():
-        candidates.setdefault(_ACCELEROMETER, Counter())[label] += len(rows.ticks)
-    chosen = {}
-    for stream, labels in candidates.items():
-        listed = ", ".join(f"{label!r} ({count})" for label, count in labels.items())
-        asked = options.topics.get(stream)
-        if asked is not None and asked not in labels:
-            raise InputError(f"no sensor {asked!r} gives {stream}; there are {listed}", path=path)
-        if asked is None and len(labels) > 1:
-            raise InputError(
-                f"several sensors give {stream}: {listed}",
-                path=path,
-                hint=f"choose one: --topic {stream}={next(iter(labels))}",
-            )
-        chosen[stream] = asked if asked is not None else next(iter(labels))
-    return chosen

@@ -138,6 +138,15 @@ class Survey:
             self._add_cameras(observation, label)
             self._add_other(observation, label, ticks)
 
+    def candidates(self) -> dict[str, Counter[str]]:
+        """Return the labels that give each stream, with the number of its images or rows."""
+        found: dict[str, Counter[str]] = {}
+        for place in self.places:
+            found.setdefault(place.picture.stream, Counter())[place.picture.label] += 1
+        for label, rows in self.accelerations.items():
+            found.setdefault("accelerometer", Counter())[label] += len(rows.ticks)
+        return found
+
     def _add_picture(self, number: int, part: int, picture: Picture) -> None:
         if not picture.ticks:
             self.timeless += 1

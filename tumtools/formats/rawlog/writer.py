@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InternalError, UsageError
-from tumtools.formats.options import Needs
+from tumtools.formats import metadata
+from tumtools.formats.options import Needs, Plan
 from tumtools.formats.rawlog import comment
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.compression import CONTAINERS, Container, deflate, deflater
 from tumtools.formats.rawlog.dialects import (
     DIALECTS,
+    IMU_LABEL,
     INFRARED,
+    SCAN_LABEL,
     VISIBLE,
     Dialect,
     ImuRows,
@@ -27,21 +30,19 @@ from tumtools.formats.rawlog.dialects import (
     scan_record,
 )
 from tumtools.formats.rawlog.externals import IMAGES_SUFFIX, depth_payload, metres_payload
-from tumtools.formats.rawlog.plan import Key, Plan, Slot, plan_converter, plan_lossless
-from tumtools.formats.rawlog.reader import GROUNDTRUTH_FILE, SUFFIX
+from tumtools.formats.rawlog.plan import Key, ScanPlan, Slot, plan_converter, plan_lossless
+from tumtools.formats.rawlog.reader import ACCELEROMETER, GROUNDTRUTH_FILE, SUFFIX
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images import depth
 from tumtools.images.codec import pixels_of, png_of
 from tumtools.images.parallel import ordered_map
-from tumtools.model.camera import ROS_DEFAULT, calibration
+from tumtools.model.camera import CAMERAS, ROS_DEFAULT, calibration
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE, Loss
 from tumtools.model.text import default_layout
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
-
-    import numpy.typing as npt
 
     from tumtools.formats.options import Progress, WriteOptions
     from tumtools.formats.rawlog.archive import Record
@@ -104,7 +105,7 @@ def needs(options: WriteOptions) -> Needs:
     )
 
 
-def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], int]:
+def plan(sequence: Sequence, options: WriteOptions) -> Plan:
     """Return what is known to be lost without looking at pixels, and the estimated size in bytes."""
     dialect, container = _choices(options)
     found = _plan(sequence, dialect)
@@ -118,7 +119,16 @@ def plan(sequence: Sequence, options: WriteOptions) -> tuple[tuple[Loss, ...], i
             size += int(pixels * 2 * share) if stream == "depth" else int(pixels * 1.5)
     if sequence.groundtruth is not None:
         size += len(_groundtruth_text(sequence))
-    return found.losses, size
+    return Plan(found.losses, size, tuple(_warnings(sequence, dialect, options)))
+
+
+def _warnings(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> Iterator[str]:
+    known = options.camera or sequence.info.camera or options.cameras or sequence.cameras
+    if dialect.lossless and sequence.info.images and not known:
+        yield (
+            "the camera is unknown, so the calibration written is that of ROS's default "
+            "(525, 525, 319.5, 239.5); name it with --camera"
+        )
 
 
 def _choices(options: WriteOptions) -> tuple[Dialect, Container]:
@@ -137,7 +147,7 @@ def _choices(options: WriteOptions) -> tuple[Dialect, Container]:
     return DIALECTS[name], container
 
 
-def _plan(sequence: Sequence, dialect: Dialect) -> Plan:
+def _plan(sequence: Sequence, dialect: Dialect) -> ScanPlan:
     return plan_lossless(sequence) if dialect.lossless else plan_converter(sequence)
 
 
@@ -256,7 +266,7 @@ class _ScanWriter:
 
     out: _Objects
     sequence: Sequence
-    plan: Plan
+    plan: ScanPlan
     dialect: Dialect
     options: WriteOptions
     _stored: dict[Key, _Stored] = field(init=False, default_factory=dict)
@@ -367,43 +377,33 @@ def _camera_of(
         return options.cameras[stream]
     if options.camera is None and stream in sequence.cameras:
         return sequence.cameras[stream]
-    return calibration(options.camera or sequence.info.camera or ROS_DEFAULT, stream, width, height)
+    camera = options.camera or sequence.info.camera
+    return calibration(camera if camera in CAMERAS else ROS_DEFAULT, stream, width, height)
 
 
 def _notes(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> comment.Notes:
     info = sequence.info
     accelerometer = sequence.accelerometer
-    columns: dict[str, npt.NDArray[np.int64]] = {
-        stream: sequence.image_stamps(stream) for stream in info.images
-    }
+    counts = {stream: len(sequence.image_stamps(stream)) for stream in info.images}
+    places = dict.fromkeys(info.images, SCAN_LABEL)
     remainders: tuple[int, ...] = ()
     if accelerometer is not None:
-        columns["accelerometer"] = accelerometer.stamps
+        counts[ACCELEROMETER] = len(accelerometer)
+        places[ACCELEROMETER] = IMU_LABEL
         rest = np.sort(accelerometer.stamps, kind="stable") % _NS_PER_TICK
         remainders = tuple(rest.tolist()) if rest.any() else ()
-    rows = {}
-    for stream, stamps in columns.items():
-        order = np.argsort(stamps, kind="stable")
-        if not np.array_equal(order, np.arange(len(order))):
-            rows[stream] = tuple(order.tolist())
-    depth_info = info.images.get("depth")
-    counts = depth_info is not None and depth_info.encoding != "32FC1"
+    if sequence.groundtruth is not None:
+        places["groundtruth"] = GROUNDTRUTH_FILE
     asked = {
         stream: calibration(options.camera, stream, image.width, image.height)
         for stream, image in info.images.items()
-        if options.camera and image.width
+        if options.camera in CAMERAS and image.width
     }
     return comment.Notes(
+        metadata=metadata.gather(sequence, places),
         dialect=dialect.name,
-        name=info.name,
-        camera=info.camera,
-        licence=info.licence,
-        citation=info.citation,
-        counts={stream: len(stamps) for stream, stamps in columns.items()},
-        text={stream: layout for stream, layout in info.text.items() if stream != "groundtruth"},
+        counts=counts,
         frame_ids=dict(info.frame_ids),
-        depth_units_per_metre=depth_info.depth_units_per_metre if depth_info and counts else None,
         accelerometer_remainders_ns=remainders,
-        rows=rows,
         cameras={**sequence.cameras, **asked, **options.cameras},
     )

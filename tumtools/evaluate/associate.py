@@ -24,6 +24,7 @@ import numpy as np
 from tumtools.errors import UsageError
 from tumtools.evaluate.greedy import greedy_pairs
 from tumtools.evaluate.optimal import optimal_pairs
+from tumtools.evaluate.seconds import rounded_seconds
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -83,20 +84,25 @@ def last_rows(stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
 
 
 def nearest_pairs(
-    first: npt.NDArray[np.int64], second: npt.NDArray[np.int64], max_difference: int
+    first: npt.NDArray[np.int64], second: npt.NDArray[np.int64], max_difference: int, offset: int = 0
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Pair each of the shorter list with the nearest of the longer; of two as near, the earlier.
+    """Pair each of the shorter list with the nearest of the longer.
+
+    The nearest as float64 sees it, as in evo (`tumtools.evaluate.seconds`); of two as near, the earlier.
 
     Args:
-        first: Ascending stamps, ns, shape [n].
-        second: Ascending stamps, ns, shape [m].
+        first: Strictly ascending stamps, ns, shape [n].
+        second: Strictly ascending stamps, ns, shape [m], the offset added.
         max_difference: Largest difference allowed, ns.
+        offset: What was added to the second stamps, ns.
 
     """
+    seconds = rounded_seconds(first), rounded_seconds(second - offset, offset)
     if len(first) > len(second):
-        rows_second, rows_first = nearest_pairs(second, first, max_difference)
-        return rows_first, rows_second
-    rows = closest(second, first)
+        rows = closest(*seconds)
+        near = np.abs(first[rows] - second) <= max_difference
+        return rows[near], np.flatnonzero(near)
+    rows = closest(*reversed(seconds))
     near = np.abs(second[rows] - first) <= max_difference
     return np.flatnonzero(near), rows[near]
 
@@ -146,11 +152,11 @@ def associate(
     times_first, times_second = first[rows_first], _shifted(second[rows_second], offset)
     # Beyond this span of time no pair can be: keeps what follows clear of int64's ends.
     max_difference = min(max_difference, 2**61)
-    if method == "tum":
-        one, two = greedy_pairs(times_first, times_second, max_difference, offset)
+    if method == "optimal":
+        one, two = optimal_pairs(times_first, times_second, max_difference)
     else:
-        pairs_of = nearest_pairs if method == "nearest" else optimal_pairs
-        one, two = pairs_of(times_first, times_second, max_difference)
+        pairs_of = greedy_pairs if method == "tum" else nearest_pairs
+        one, two = pairs_of(times_first, times_second, max_difference, offset)
     order = np.argsort(times_first[one], kind="stable")
     one, two = one[order], two[order]
     return Association(

@@ -48,8 +48,10 @@ class Motion:
             second divided by the mean rate, metres; None below one second.
         path_length: Length of the polyline through all poses, metres.
         long_gaps: Steps longer than `LONG_GAP`.
-        wide_gaps: Steps longer than twice the median.
+        wide_gaps: Steps longer than twice the median, as the floats of the benchmark's programs have
+            it (`tumtools.evaluate.seconds`): of steps of exactly twice the median some are counted.
         largest_gap: Longest step, seconds.
+        smallest_step: Shortest step between different stamps, seconds.
         notes: Rows that were left out.
 
     """
@@ -69,6 +71,7 @@ class Motion:
     long_gaps: int
     wide_gaps: int
     largest_gap: float
+    smallest_step: float
     notes: tuple[str, ...]
 
 
@@ -105,10 +108,16 @@ def motion(trajectory: Trajectory, who: str = "ground truth") -> Motion:
         page_length=float(np.sum(moved)) * duration / len(steps) if len(moved) else None,
         path_length=float(np.sum(np.linalg.norm(np.diff(positions, axis=0), axis=1))),
         long_gaps=int(np.count_nonzero(steps > LONG_GAP)),
-        wide_gaps=int(np.count_nonzero(steps > 2 * median)),
+        wide_gaps=_wide_gaps(poses),
         largest_gap=int(steps.max()) / NANOSECONDS_PER_SECOND if len(steps) else 0.0,
+        smallest_step=int(steps.min()) / NANOSECONDS_PER_SECOND if len(steps) else 0.0,
         notes=cleaned.notes,
     )
+
+
+def _wide_gaps(poses: Trajectory) -> int:
+    steps = np.diff(rounded_seconds(poses.stamps))
+    return int(np.count_nonzero(steps > 2.0 * np.median(steps))) if len(steps) else 0
 
 
 def _over_one_second(poses: Trajectory) -> tuple[Array, Array]:

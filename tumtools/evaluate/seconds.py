@@ -4,7 +4,8 @@
 
 Where two ground-truth poses are equally far from a frame, which is common with stamps of four
 decimals, the rounding of the floats decides in the scripts. To give their pairs and so their
-numbers, it decides here too, but only then: limits and order are those of the integers.
+numbers, it decides here too, but only then: limits and order are those of the integers. evo, whose
+rule is `nearest`, computes with the same floats.
 """
 
 from __future__ import annotations

@@ -230,3 +230,33 @@ def test_nan_rows_are_warned_of(pair: list[str], capsys: pytest.CaptureFixture[s
         file.write(aligned_trajectory(Trajectory(estimate.stamps, positions, estimate.quaternions)))
     assert run(["evaluate", "ate", *pair]) == 0
     assert "warning: estimate: 1 of 300 rows with NaN or infinity left out" in capsys.readouterr().err
+
+
+@pytest.mark.real
+def test_topics_of_recordings(real_data: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    recording = str(real_data / "bags/evo/nav2_turtlebot.mcap")
+    assert run(["evaluate", "ate", recording, recording]) == 2
+    assert "choose one with --groundtruth-topic" in capsys.readouterr().err
+    topics = ["--groundtruth-topic", "/odom", "--estimate-topic", "/amcl_pose"]
+    assert run(["evaluate", "ate", recording, recording, *topics]) == 0
+    assert "pairs of" in capsys.readouterr().out
+    picture = tmp_path / "odom.svg"
+    assert run(["plot", "trajectory", recording, "--topic", "/odom", "-o", str(picture)]) == 0
+    assert run(["stats", recording, "--topic", "groundtruth=/odom"]) == 0
+    assert "path length (m)" in capsys.readouterr().out
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("kind", ["rosbag1", "mcap"])
+def test_ground_truth_from_a_recording_gives_the_numbers_of_the_folder(
+    kind: str, real_data: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    folder = str(real_data / "rgbd_dataset_freiburg1_rpy")
+    recording = str(tmp_path / f"rpy.{kind.removesuffix('1').removeprefix('ros')}")
+    assert run(["convert", folder, recording, "--to", kind, "--streams", "groundtruth"]) == 0
+    printed = []
+    for source in (folder, recording):
+        capsys.readouterr()
+        assert run(["evaluate", "rpe", source, str(real_data / "estimates/freiburg1_rpy-rgbdslam.txt")]) == 0
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[1]

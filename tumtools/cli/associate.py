@@ -14,6 +14,7 @@ from tumtools.errors import InputError
 if TYPE_CHECKING:
     from tumtools.evaluate.associate import Association, Method
     from tumtools.evaluate.rows import Rows
+    from tumtools.formats.options import ReadOptions
 
 _STREAMS = click.Choice(["rgb", "depth", "ir", "accelerometer", "groundtruth"])
 
@@ -41,6 +42,7 @@ _STREAMS = click.Choice(["rgb", "depth", "ir", "accelerometer", "groundtruth"])
     show_default=True,
     help="Of SECOND, if it is a sequence.",
 )
+@options.read_options
 @options.json_option
 def command(
     first: str,
@@ -51,6 +53,8 @@ def command(
     first_only: bool,
     first_stream: str,
     second_stream: str,
+    topics: tuple[str, ...],
+    salvage: bool,
     as_json: bool,
 ) -> None:
     """Pair the rows of FIRST and SECOND by their stamps.
@@ -61,8 +65,9 @@ def command(
     from tumtools.evaluate.associate import associate
     from tumtools.evaluate.tables import stamps_as_text
 
-    one = _read(first, first_stream)
-    two = _read(second or first, second_stream)
+    reading = options.make_read_options(topics, salvage)
+    one = _read(first, first_stream, reading)
+    two = _read(second or first, second_stream, reading)
     found = associate(one.stamps, two.stamps, max_difference=max_difference, offset=offset, method=method)
     evaluation.print_notes(one.notes + two.notes)
     if not len(found):
@@ -81,7 +86,7 @@ def command(
     click.echo("\n".join(" ".join(filter(None, row)) for row in zip(*columns, strict=True)))
 
 
-def _read(source: str, stream: str) -> Rows:
+def _read(source: str, stream: str, reading: ReadOptions) -> Rows:
     """Read a text file, or a stream of a sequence; images are named as in the benchmark's layout."""
     import numpy as np
 
@@ -91,7 +96,7 @@ def _read(source: str, stream: str) -> Rows:
 
     if is_text(source):
         return read_rows(source)
-    with open_source(source) as sequence:
+    with open_source(source, reading) as sequence:
         signal = {"accelerometer": sequence.accelerometer, "groundtruth": sequence.groundtruth}.get(stream)
         stamps = sequence.image_stamps(stream) if signal is None else signal.stamps
         if not len(stamps):

@@ -62,8 +62,8 @@ def command(
 
     evaluation.one_output(tum_output=tum_output, json=as_json)
     result = evaluate_ate(
-        evaluation.read_trajectory(groundtruth, groundtruth_topic),
-        evaluation.read_trajectory(estimate, estimate_topic),
+        evaluation.read_trajectory(groundtruth, groundtruth_topic, "--groundtruth-topic"),
+        evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic"),
         alignment=alignment,
         max_difference=max_difference,
         offset=offset,

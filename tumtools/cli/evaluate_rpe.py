@@ -84,8 +84,8 @@ def command(
 
     evaluation.one_output(tum_output=tum_output, json=as_json)
     _refuse(context, _FIXED_ONLY if all_pairs else _ALL_ONLY, all_pairs)
-    true = evaluation.read_trajectory(groundtruth, groundtruth_topic)
-    judged = evaluation.read_trajectory(estimate, estimate_topic)
+    true = evaluation.read_trajectory(groundtruth, groundtruth_topic, "--groundtruth-topic")
+    judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic")
     hole = evaluation.hole(interpolate, max_hole)
     result: AllPairsResult | RpeResult
     if all_pairs:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from tumtools.cli import output
-from tumtools.errors import InputError, UsageError
+from tumtools.errors import InputError, TumtoolsError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -107,18 +107,29 @@ def hole(interpolate: bool, max_hole: int | None) -> int | None:
     return (max_hole or MAX_HOLE) if interpolate else None
 
 
-def read_trajectory(source: str, topic: str | None = None) -> Trajectory:
+def read_trajectory(source: str, topic: str | None = None, option: str | None = None) -> Trajectory:
     """Read the poses of any source.
+
+    Args:
+        source: A path in any format, or a name.
+        topic: Of a recording, if it has several with poses.
+        option: With which the command takes the topic, if not with --topic.
 
     Raises:
         InputError: It cannot be read, or holds no poses.
+        UsageError: Several topics have poses.
 
     """
     from tumtools.formats.options import ReadOptions
     from tumtools.sources import open_source
 
-    with open_source(source, ReadOptions(topics={"groundtruth": topic} if topic else {})) as sequence:
-        trajectory = sequence.groundtruth
+    try:
+        with open_source(source, ReadOptions(topics={"groundtruth": topic} if topic else {})) as sequence:
+            trajectory = sequence.groundtruth
+    except TumtoolsError as error:
+        if option and error.hint and "--topic" in error.hint:
+            error.hint = f"choose one with {option}"
+        raise
     if trajectory is None:
         raise InputError(
             "there is no trajectory in it",

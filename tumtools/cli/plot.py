@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tumtools.cli import evaluation
+from tumtools.cli import evaluation, options
 from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ def command() -> None:
 
 @command.command()
 @_output
+@click.option("--topic", metavar="TOPIC", help="Topic with the poses, of sources that are recordings.")
 @click.option(
     "--plane",
     type=click.Choice(["xy", "xz", "yz"]),
@@ -51,13 +52,21 @@ def command() -> None:
     help="Align the others to the first one.",
 )
 def trajectory(
-    sources: tuple[str, ...], target: str, title: str | None, force: bool, plane: str, alignment: Mode
+    sources: tuple[str, ...],
+    target: str,
+    title: str | None,
+    force: bool,
+    topic: str | None,
+    plane: str,
+    alignment: Mode,
 ) -> None:
     """Draw the paths of one or more SOURCEs, the first one in black."""
     from tumtools.plot.style import save
     from tumtools.plot.trajectory import plot_trajectories
 
-    paths = {_label(source, sources): evaluation.read_trajectory(source) for source in sources}
+    paths = {
+        _label(source, sources): evaluation.read_trajectory(source, topic, "--topic") for source in sources
+    }
     if len(paths) < len(sources):
         raise UsageError("a source is named twice")
     if alignment != "none":
@@ -67,14 +76,23 @@ def trajectory(
 
 @command.command()
 @_output
-def timeline(sources: tuple[str, ...], target: str, title: str | None, force: bool) -> None:
+@options.read_options
+def timeline(
+    sources: tuple[str, ...],
+    target: str,
+    title: str | None,
+    force: bool,
+    topics: tuple[str, ...],
+    salvage: bool,
+) -> None:
     """Draw when each stream of the SOURCEs has items, with gaps and coverage."""
     from tumtools.plot.style import save
     from tumtools.plot.timeline import plot_timeline
     from tumtools.sources import open_source
 
     with ExitStack() as stack:
-        sequences = [stack.enter_context(open_source(source)) for source in sources]
+        reading = options.make_read_options(topics, salvage)
+        sequences = [stack.enter_context(open_source(source, reading)) for source in sources]
         save(plot_timeline(sequences, title), target, force=force)
 
 

@@ -27,8 +27,11 @@ _STAMPS = ("first", "last")
     show_default=True,
     help="How to print.",
 )
+@options.read_options
 @options.json_option
-def command(sources: tuple[str, ...], layout: str, as_json: bool) -> None:
+def command(
+    sources: tuple[str, ...], layout: str, topics: tuple[str, ...], salvage: bool, as_json: bool
+) -> None:
     """Print motion, lengths, frame counts, rates, drops and coverage of SOURCEs.
 
     Velocities and the "page's length" are those of the benchmark's page and of Table I of its paper,
@@ -38,9 +41,10 @@ def command(sources: tuple[str, ...], layout: str, as_json: bool) -> None:
     from tumtools.evaluate.summary import summarise
     from tumtools.sources import open_source
 
+    reading = options.make_read_options(topics, salvage)
     summaries: list[Summary] = []
     for source in sources:
-        with open_source(source) as sequence:
+        with open_source(source, reading) as sequence:
             summaries.append(summarise(sequence))
         evaluation.print_notes(tuple(f"{source}: {note}" for note in summaries[-1].notes))
     if as_json or layout == "json":

@@ -14,6 +14,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.evaluate.conftest import drifted, walk
+from tumtools.evaluate.tables import aligned_trajectory
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*/*.md")])
 FIXTURE = ROOT / "fixtures" / "full"
@@ -29,12 +32,14 @@ def commands(page: Path) -> list[str]:
 
 
 def folder_with_sequences(folder: Path) -> dict[str, str]:
-    """Make the sequences that pages name; return the environment with their cache."""
+    """Make the sequences and trajectories that pages name; return the environment with their cache."""
     names = ("rgbd_dataset_freiburg1_rpy", "rgbd_dataset_freiburg1_desk")
     for name in names:
         shutil.copytree(FIXTURE, folder / name)
     shutil.make_archive(str(folder / names[0]), "gztar", folder, names[0])
     (folder / f"{names[0]}.tar.gz").rename(folder / f"{names[0]}.tgz")
+    (folder / "groundtruth.txt").write_text(aligned_trajectory(walk(600)))
+    (folder / "estimate.txt").write_text(aligned_trajectory(drifted(walk(600))))
     return os.environ | {"TUMTOOLS_CACHE": str(folder / "cache"), "NO_COLOR": "1"}
 
 

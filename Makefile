@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO := demo
-NAME := rgbd_dataset_freiburg1_synthetic
+NAME := synthetic_freiburg1_room
 
 .PHONY: help demo test lint docs benchmarks fixtures clean
 

@@ -17,7 +17,7 @@ def test_it_writes_a_sequence_in_the_published_layout(tmp_path: Path) -> None:
     target = tmp_path / "out"
     assert run(["synth", str(target), "--frames", "1", "--camera", "fr2"]) == 0
     with open_source(target) as sequence:
-        assert sequence.info.name == "rgbd_dataset_freiburg2_synthetic"
+        assert sequence.info.name == "synthetic_freiburg2_room"
         assert [info.count for info in sequence.info.images.values()] == [1, 1]
         assert all(frame.load().png is not None for frame in sequence.images())
     assert run(["synth", str(target)]) == 2

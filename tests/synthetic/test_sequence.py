@@ -50,7 +50,7 @@ def test_frames_do_not_depend_on_the_order_in_which_they_are_loaded() -> None:
 @pytest.mark.parametrize(("camera", "number"), [("fr1", 1), ("fr2", 2), ("fr3", 3)])
 def test_it_is_named_and_headed_as_published(camera: str, number: int) -> None:
     sequence = synthesize(2, camera=camera, width=64, height=48)
-    name = f"rgbd_dataset_freiburg{number}_synthetic"
+    name = f"synthetic_freiburg{number}_room"
     assert sequence.info.name == name
     assert sequence.info.text["rgb"].head == f"# color images\n# file: '{name}.bag'\n# timestamp filename\n"
     assert sequence.info.images["depth"].depth_units_per_metre == 5000

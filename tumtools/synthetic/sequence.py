@@ -124,7 +124,7 @@ class _Synthetic(Sequence):
             self.groundtruth = self._make_groundtruth(end)
         if "accelerometer" in streams:
             self.accelerometer = self._make_accelerometer(end)
-        name = f"rgbd_dataset_freiburg{camera[-1]}_synthetic"
+        name = f"synthetic_freiburg{camera[-1]}_room"
         self.info = SequenceInfo(
             name=name,
             format="synthetic",

@@ -52,6 +52,13 @@ def test_ties_of_real_stamps_fall_as_the_floats_of_the_scripts_have_it(
     assert pairs(one, two, 20_000_000, "tum", offset) == greedy(one, two, 20_000_000, offset)
 
 
+@given(stamps, stamps, st.integers(1, 30))
+def test_the_heap_alone_finds_the_same_pairs(first: list[int], second: list[int], limit: int) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tumtools.evaluate.greedy._WORTHWHILE", 2.0)
+        assert pairs(first, second, limit, "tum") == greedy(first, second, limit)
+
+
 def test_chains_of_ever_smaller_distances_are_taken_from_their_end() -> None:
     """Each step is shorter than the one before, so that one round finds one pair only."""
     points = list(itertools.accumulate(range(4000, 0, -1)))

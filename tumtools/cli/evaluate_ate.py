@@ -57,20 +57,23 @@ def command(
 
     Both are trajectory files, sequences in any format, or names of sequences of the benchmark.
     """
-    from tumtools.evaluate import tables
+    from tumtools.evaluate import documents, tables
     from tumtools.evaluate.ate import evaluate_ate
 
     evaluation.one_output(tum_output=tum_output, json=as_json)
-    result = evaluate_ate(
-        evaluation.read_trajectory(groundtruth, groundtruth_topic, "--groundtruth-topic"),
-        evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic"),
-        alignment=alignment,
-        max_difference=max_difference,
-        offset=offset,
-        scale=scale,
-        method=method,
-        max_hole=evaluation.hole(interpolate, max_hole),
-    )
+    true = evaluation.read_trajectory(groundtruth, groundtruth_topic, "--groundtruth-topic")
+    judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic")
+    with evaluation.measuring(groundtruth, estimate):
+        result = evaluate_ate(
+            true,
+            judged,
+            alignment=alignment,
+            max_difference=max_difference,
+            offset=offset,
+            scale=scale,
+            method=method,
+            max_hole=evaluation.hole(interpolate, max_hole),
+        )
     evaluation.print_notes(result.notes)
     for path, render in (
         (save, tables.aligned_positions),
@@ -85,38 +88,19 @@ def command(
 
         save_picture(plot_ate(result), picture, force=force)
     if as_json:
-        output.print_json(document(groundtruth, estimate, result))
+        output.print_json(
+            {"measure": "ate", "groundtruth": groundtruth, "estimate": estimate} | documents.ate(result)
+        )
     elif tum_output:
         click.echo("\n".join(tables.ate_as_scripts(result)))
     else:
-        _print(result)
+        _print(result, "interpolated" if interpolate else "")
 
 
-def document(groundtruth: str, estimate: str, result: AteResult) -> dict[str, object]:
-    """Return the result for JSON."""
-    return {
-        "measure": "ate",
-        "groundtruth": groundtruth,
-        "estimate": estimate,
-        "pairs": result.pairs,
-        "groundtruth_poses": result.groundtruth_count,
-        "estimate_poses": result.estimate_count,
-        "largest_time_difference_s": result.largest_difference / 1e9,
-        "translation_m": result.statistics.as_dict(),
-        "alignment": {
-            "rotation": result.alignment.rotation.tolist(),
-            "translation_m": result.alignment.translation.tolist(),
-            "scale": result.alignment.scale,
-            "undetermined": result.alignment.freedom or None,
-        },
-        "notes": list(result.notes),
-    }
-
-
-def _print(result: AteResult) -> None:
+def _print(result: AteResult, how: str) -> None:
     click.echo(
         f"{result.pairs} pairs of {result.estimate_count} estimated, {result.groundtruth_count} true poses, "
-        f"at most {result.largest_difference / 1e6:.3f} ms apart"
+        + (how or f"at most {result.largest_difference / 1e6:.3f} ms apart")
     )
     if result.alignment.scale != 1.0:
         click.echo(f"scale of the alignment: {result.alignment.scale:.6f}")

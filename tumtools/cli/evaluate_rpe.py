@@ -78,7 +78,7 @@ def command(
     A ground-truth pose may be as far in time as twice the median step of the ground truth, as in the
     benchmark's script; with --all-pairs, --max-difference and --method associate.
     """
-    from tumtools.evaluate import tables
+    from tumtools.evaluate import documents, tables
     from tumtools.evaluate.allpairs import evaluate_rpe_all_pairs
     from tumtools.evaluate.rpe import RANDOM_PAIRS, Sampling, evaluate_rpe
 
@@ -88,33 +88,40 @@ def command(
     judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic")
     hole = evaluation.hole(interpolate, max_hole)
     result: AllPairsResult | RpeResult
-    if all_pairs:
-        result = average = evaluate_rpe_all_pairs(
-            true,
-            judged,
-            rotation=not no_rotation,
-            max_difference=max_difference,
-            offset=offset,
-            scale=scale,
-            method=method,
-            max_hole=hole,
-        )
-        table = tables.distances(average.translational_rmse, average.rotational_rmse)
-    else:
-        sampling = Sampling(max_pairs or RANDOM_PAIRS, seed, random) if random or max_pairs else None
-        result = pairs = evaluate_rpe(
-            true, judged, delta=delta, unit=unit, sampling=sampling, offset=offset, scale=scale, max_hole=hole
-        )
-        table = tables.rpe_pairs(pairs)
+    with evaluation.measuring(groundtruth, estimate):
+        if all_pairs:
+            result = average = evaluate_rpe_all_pairs(
+                true,
+                judged,
+                rotation=not no_rotation,
+                max_difference=max_difference,
+                offset=offset,
+                scale=scale,
+                method=method,
+                max_hole=hole,
+            )
+        else:
+            sampling = Sampling(max_pairs or RANDOM_PAIRS, seed, random) if random or max_pairs else None
+            result = pairs = evaluate_rpe(
+                true,
+                judged,
+                delta=delta,
+                unit=unit,
+                sampling=sampling,
+                offset=offset,
+                scale=scale,
+                max_hole=hole,
+            )
     evaluation.print_notes(result.notes)
     if save:
-        evaluation.write_text(save, table, force=force)
+        evaluation.write_text(
+            save, tables.distances(average) if all_pairs else tables.rpe_pairs(pairs), force=force
+        )
     if picture:
         _draw(result, picture, force=force)
     if as_json:
-        output.print_json(
-            {"measure": "rpe", "groundtruth": groundtruth, "estimate": estimate} | document(result)
-        )
+        numbers = documents.all_pairs(average) if all_pairs else documents.rpe(pairs)
+        output.print_json({"measure": "rpe", "groundtruth": groundtruth, "estimate": estimate} | numbers)
     elif tum_output:
         click.echo("\n".join(tables.rpe_as_scripts(pairs)))
     else:
@@ -141,34 +148,6 @@ def _draw(result: AllPairsResult | RpeResult, picture: str, *, force: bool) -> N
     save(figure, picture, force=force)
 
 
-def document(result: AllPairsResult | RpeResult) -> dict[str, object]:
-    """Return a result for JSON."""
-    from tumtools.evaluate.rpe import RpeResult
-
-    common = {
-        "pairs": result.pairs,
-        "groundtruth_poses": result.groundtruth_count,
-        "estimate_poses": result.estimate_count,
-        "notes": list(result.notes),
-    }
-    if isinstance(result, RpeResult):
-        return common | {
-            "estimate_poses_matched": result.estimate_matched,
-            "pairs_without_groundtruth": result.candidates - result.pairs,
-            "translation_m": result.translation.as_dict(),
-            "rotation_deg": result.rotation.as_dict(),
-        }
-    return common | {
-        "matched_poses": result.poses,
-        "frame_step_s": result.step / 1e9,
-        "largest_time_difference_s": result.largest_difference / 1e9,
-        "translation_m": result.translation,
-        "rotation_deg": result.rotation,
-        "translational_rmse_m": result.translational_rmse.tolist(),
-        "rotational_rmse_deg": None if result.rotational_rmse is None else result.rotational_rmse.tolist(),
-    }
-
-
 def _print(result: AllPairsResult | RpeResult) -> None:
     from tumtools.evaluate.rpe import RpeResult
 
@@ -183,14 +162,8 @@ def _print(result: AllPairsResult | RpeResult) -> None:
         f"{result.candidates - result.pairs} pairs without ground truth"
     )
     rotation = result.rotation.as_dict()
-    rows = [
-        (
-            name,
-            f"{value:.6f}",
-            "m2" if name == "sse" else "m",
-            f"{rotation[name]:.6f}",
-            "deg2" if name == "sse" else "deg",
-        )
-        for name, value in result.translation.as_dict().items()
-    ]
+    rows = []
+    for name, value in result.translation.as_dict().items():
+        square = "2" if name == "sse" else ""
+        rows.append((name, f"{value:.6f}", "m" + square, f"{rotation[name]:.6f}", "deg" + square))
     output.print_table(rows, ("relative error", "translation", "", "rotation", ""))

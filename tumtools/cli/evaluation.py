@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -13,7 +14,7 @@ from tumtools.cli import output
 from tumtools.errors import InputError, TumtoolsError, UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from tumtools.model.signals import Trajectory
 
@@ -137,6 +138,16 @@ def read_trajectory(source: str, topic: str | None = None, option: str | None = 
             hint="name a trajectory file, or a topic that has poses",
         )
     return trajectory
+
+
+@contextmanager
+def measuring(groundtruth: str, estimate: str) -> Iterator[None]:
+    """Name the files in errors of what is measured."""
+    try:
+        yield
+    except InputError as error:
+        error.path = error.path or f"{estimate} against {groundtruth}"
+        raise
 
 
 def write_text(path: str, text: str, *, force: bool) -> None:

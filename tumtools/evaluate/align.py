@@ -54,13 +54,11 @@ class Alignment:
         return result
 
     def trajectory(self, trajectory: Trajectory) -> Trajectory:
-        """Apply to the poses of a trajectory."""
+        """Apply to the poses of a trajectory; quaternions that are zero stay so."""
         turn = np.broadcast_to(from_matrix(self.rotation), (len(trajectory), 4))
-        return Trajectory(
-            trajectory.stamps,
-            self.positions(trajectory.positions),
-            multiply(turn, normalised(trajectory.quaternions)),
-        )
+        turned = multiply(turn, normalised(trajectory.quaternions))
+        turned[(trajectory.quaternions == 0.0).all(axis=1)] = 0.0
+        return Trajectory(trajectory.stamps, self.positions(trajectory.positions), turned)
 
 
 def align(

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
+    from tumtools.evaluate.allpairs import AllPairsResult
     from tumtools.evaluate.ate import AteResult
     from tumtools.evaluate.rpe import RpeResult
     from tumtools.evaluate.statistics import Statistics
@@ -86,13 +87,15 @@ def rpe_pairs(result: RpeResult) -> str:
     return _join([*map(stamps_as_text, stamps), *_columns(errors)])
 
 
-def distances(translational: npt.NDArray[np.float64], rotational: npt.NDArray[np.float64] | None) -> str:
+def distances(result: AllPairsResult) -> str:
     """Return RMSE(D) of all pairs: `frames metres [degrees]`."""
-    frames = (str(frame) for frame in range(1, len(translational) + 1))
-    if rotational is None:
-        return "# frames rmse_m\n" + _join([frames, *_columns(translational[:, None], 9)]) + "\n"
-    errors = np.stack([translational, rotational], axis=1)
-    return "# frames rmse_m rmse_deg\n" + _join([frames, *_columns(errors, 9)]) + "\n"
+    errors = [result.translational_rmse]
+    head = "# frames rmse_m"
+    if result.rotational_rmse is not None:
+        errors.append(result.rotational_rmse)
+        head += " rmse_deg"
+    frames = map(str, range(1, result.poses))
+    return f"{head}\n{_join([frames, *_columns(np.stack(errors, axis=1), 9)])}\n"
 
 
 def _columns(values: npt.NDArray[np.float64], decimals: int = 6) -> list[Iterator[str]]:

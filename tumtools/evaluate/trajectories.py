@@ -83,22 +83,24 @@ def no_pairs_error(
 
     """
     many = {0: "no pose", 1: "only one pose"}.get(found, f"only {found} poses")
-    spans = (
-        f"the ground truth spans {_span(groundtruth)} ({len(groundtruth)} stamps), "
-        f"the estimate {_span(estimate)} ({len(estimate)} stamps)"
-    )
     apart = max(int(groundtruth[0]) - int(estimate[-1]), int(estimate[0]) - int(groundtruth[-1]))
-    if apart > 0:
+    if min(len(groundtruth), len(estimate)) == 1:
+        hint = "a trajectory needs at least two poses with different stamps"
+    elif apart > 0:
         hint = f"they are {apart / 1e9:.3f} s apart: choose the matching ground truth, or set the time offset"
     else:
         hint = "allow a larger difference in time, or set the time offset"
     return InputError(
-        f"{many} of the estimate has a ground-truth pose {limit}, and two are needed; {spans}", hint=hint
+        f"{many} of the estimate has a ground-truth pose {limit}, and two are needed; "
+        f"the ground truth has {_span(groundtruth)}, the estimate {_span(estimate)}",
+        hint=hint,
     )
 
 
 def _span(stamps: npt.NDArray[np.int64]) -> str:
-    return f"{_seconds(stamps[0])} .. {_seconds(stamps[-1])}"
+    if len(stamps) == 1:
+        return f"one stamp, {_seconds(stamps[0])}"
+    return f"{len(stamps)} stamps from {_seconds(stamps[0])} to {_seconds(stamps[-1])}"
 
 
 def _seconds(stamp: np.int64) -> str:

@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The report for people: grouped by source and file, a line a finding, counts, verdict."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING, Final
+
+from tumtools.validate.finding import Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from tumtools.validate.engine import Result
+    from tumtools.validate.finding import Finding
+
+    Style = Callable[[str, str], str]
+
+COLOURS: Final = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.INFO: "blue"}
+
+
+def plain(text: str, colour: str) -> str:
+    """Return the text as it is."""
+    del colour
+    return text
+
+
+def render(results: Sequence[Result], fail_on: Severity | None, style: Style = plain) -> str:
+    """Render the report.
+
+    Args:
+        results: One a source.
+        fail_on: Least severity that makes it a failure.
+        style: Puts a text into a colour (`red`, `yellow`, `blue`, `green`, `bold`).
+
+    """
+    lines: list[str] = []
+    for result in results:
+        lines.append(style(f"{result.source}", "bold") + f"  ({_about(result)})")
+        for file, findings in groupby(result.findings, key=lambda finding: finding.place.file):
+            if file:
+                lines.append(f"  {file}")
+            lines.extend(_line(finding, style) for finding in findings)
+        lines.append(_verdict(result, fail_on, style))
+        lines.append("")
+    if len(results) > 1:
+        failed = sum(result.fails(fail_on) for result in results)
+        lines.append(f"{len(results)} sources, {failed} failed")
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _about(result: Result) -> str:
+    parts = [result.format or "not readable"]
+    if result.images:
+        parts.append(f"{result.images} images {'decoded' if result.level == 'full' else 'listed'}")
+    return ", ".join(parts)
+
+
+def _line(finding: Finding, style: Style) -> str:
+    place = finding.place
+    where = f"{place.line}: " if place.line is not None else ""
+    if not place.file and place.line is None and place.stream:
+        where = f"{place}: "
+    word = style(finding.severity.word, COLOURS[finding.severity])
+    hint = f" [{finding.hint}]" if finding.hint else ""
+    return f"    {where}{word} {finding.code} {finding.message}{hint}"
+
+
+def _verdict(result: Result, fail_on: Severity | None, style: Style) -> str:
+    counts = [
+        f"{result.count(severity)} {severity.word}{'' if severity is Severity.INFO else 's'}"
+        for severity in (Severity.ERROR, Severity.WARNING, Severity.INFO)
+    ]
+    accepted = f", {result.accepted} accepted by the baseline" if result.accepted else ""
+    word = style("failed", "red") if result.fails(fail_on) else style("passed", "green")
+    return f"  {word}: {', '.join(counts)}{accepted}"

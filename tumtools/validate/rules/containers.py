@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""TUM701 to TUM705: archives, bags, MCAP files and rawlogs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from tumtools.errors import MissingInputError
+from tumtools.model.sequence import IMAGE_STREAMS
+from tumtools.validate.finding import NOWHERE, Place, Severity
+from tumtools.validate.rule import Found, Limit, Needs, rule
+from tumtools.validate.rules.depth import ROS_FORMATS, declared_by_encoding, name_factor
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tumtools.model.camera import CameraInfo
+    from tumtools.validate.rule import Limits
+    from tumtools.validate.subject import Subject
+
+_ROS2_FORMATS: Final = frozenset({"rosbag2", "mcap"})
+_FOCAL_LENGTHS: Final = (0.3, 5.0)
+"""Plausible focal lengths, in image widths."""
+_SATURATED: Final = 60_000
+"""Counts above this in all pixels: float depth that is not in metres."""
+
+
+@rule(
+    "TUM701",
+    "container-damaged",
+    Severity.ERROR,
+    title="The archive or recording is damaged.",
+    why="What comes after the damage is lost, and other readers may end there without a word.",
+    how="Structure, lengths, indexes and checksums are checked while it is read.",
+    mend="Get it again; `tumtools convert --salvage` saves what stands before the damage.",
+)
+def container_damaged(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Report what could not be read, and how much could."""
+    del limits
+    for error in subject.damage:
+        if isinstance(error, MissingInputError):
+            continue  # TUM001
+        where = f" ({error.location})" if error.location else ""
+        saved = sum(len(frames) for frames in subject.frames.values())
+        rest = f"; {saved} images could be read" if saved else ""
+        yield Found(f"{error.message}{where}{rest}", NOWHERE, error.hint or "")
+
+
+@rule(
+    "TUM703",
+    "frame-id-slash",
+    Severity.WARNING,
+    title="A frame id begins with a slash in a ROS 2 recording.",
+    why="tf2 of ROS 2 refuses such names; the transforms do not connect.",
+    how="The frame ids of all streams are looked at.",
+    mend="Convert with `--layout modern`, or name the frames with `--frame-id`.",
+)
+def frame_id_slash(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Look at the frame ids."""
+    del limits
+    if subject.format not in _ROS2_FORMATS or subject.info is None:
+        return
+    ids = dict(subject.info.frame_ids)
+    ids |= {stream: info.frame_id for stream, info in subject.info.images.items() if info.frame_id}
+    for stream, frame_id in ids.items():
+        if frame_id.startswith("/"):
+            yield Found(f"the frame id is {frame_id!r}", Place(stream=stream), measured=frame_id)
+
+
+@rule(
+    "TUM704",
+    "depth-encoding",
+    Severity.ERROR,
+    title="Encoding and values of the depth disagree.",
+    why="ROS means millimetres by 16UC1 and metres by 32FC1; readers go by that.",
+    how="The factor measured from the sensor's quantisation (TUM301) is compared with the encoding's.",
+    mend="Rescale the depth, or write it as 32FC1 in metres.",
+    limits={"deviation": Limit(0.15, "of the factor", "largest deviation")},
+    needs=Needs.PIXELS,
+)
+def depth_encoding(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Compare measured factor and encoding."""
+    declared = subject.depth_units_per_metre
+    if declared is None or not declared_by_encoding(subject):
+        return
+    facts = next(facts for facts in subject.frames["depth"] if facts.depth is not None)
+    is_float = facts.encoding == "32FC1"
+    if is_float and facts.depth is not None and facts.depth.nearest > _SATURATED:
+        yield Found("32FC1 depth beyond 60 m in every pixel: this is not metres", Place(stream="depth"))
+        return
+    scale = subject.depth_scale
+    if (
+        scale is None
+        or not scale.is_quantised
+        or abs(scale.units_per_metre / declared - 1) <= limits["deviation"]
+    ):
+        return
+    measured = scale.units_per_metre / (1000 if is_float else 1)
+    meant = "metres" if is_float else "millimetres"
+    yield Found(
+        f"{facts.encoding} means {meant}, but the depth has {measured:.4g} counts a metre"
+        f"{name_factor(scale.units_per_metre)}",
+        Place(stream="depth"),
+        measured=f"{measured:.4g}",
+        expected="1" if is_float else "1000",
+    )
+
+
+@rule(
+    "TUM705",
+    "camera-info",
+    Severity.ERROR,
+    title="The camera's calibration is missing or cannot be right.",
+    why="Nothing can be projected without it; a calibration of another image size is off by its ratio.",
+    how="Each image stream of a ROS recording needs a CameraInfo of its size with a plausible K.",
+    mend="Convert with `--camera`.",
+)
+def camera_info(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Look at the calibrations."""
+    del limits
+    if subject.format not in ROS_FORMATS or subject.info is None:
+        return
+    for stream in IMAGE_STREAMS:
+        images = subject.info.images.get(stream)
+        if images is None:
+            continue
+        camera = subject.cameras.get(stream)
+        if camera is None:
+            yield Found("the stream has no CameraInfo", Place(stream=stream), severity=Severity.WARNING)
+        elif images.width and (camera.width, camera.height) != (images.width, images.height):
+            yield Found(
+                f"CameraInfo is of {camera.width}x{camera.height} pixels, the images have "
+                f"{images.width}x{images.height}",
+                Place(stream=stream),
+            )
+        else:
+            problem = _implausible(camera)
+            if problem:
+                yield Found(problem, Place(stream=stream))
+
+
+def _implausible(camera: CameraInfo) -> str:
+    fx, cx, fy, cy = camera.k[0], camera.k[2], camera.k[4], camera.k[5]
+    low, high = (share * camera.width for share in _FOCAL_LENGTHS)
+    if not (low < fx < high and low < fy < high):
+        return f"the focal lengths {fx:g} and {fy:g} are implausible for {camera.width} columns"
+    if not (0 < cx < camera.width and 0 < cy < camera.height):
+        return f"the principal point ({cx:g}, {cy:g}) lies outside of the image"
+    return ""
+
+
+RULES = (container_damaged, frame_id_slash, depth_encoding, camera_info)

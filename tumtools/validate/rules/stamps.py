@@ -1,0 +1,452 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""TUM101 to TUM109: stamps, rates, gaps, and how the streams lie to each other."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.evaluate.associate import associate
+from tumtools.model.sequence import IMAGE_STREAMS
+from tumtools.model.time import format_stamp, parse_stamp
+from tumtools.validate.finding import Place, Severity
+from tumtools.validate.rule import Found, Limit, rule
+from tumtools.validate.subject import ProblemKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy.typing as npt
+
+    from tumtools.validate.rule import Limits
+    from tumtools.validate.subject import Subject
+
+    Stamps = npt.NDArray[np.int64]
+
+_RATES_HZ: Final[dict[str, tuple[float, ...]]] = {
+    "rgb": (30.0,),
+    "depth": (30.0,),
+    "ir": (30.0,),
+    "groundtruth": (100.0, 300.0),
+    "accelerometer": (500.0,),
+}
+"""Rates of the benchmark's sensors."""
+_MIN_ROWS: Final = 10
+"""Fewer rows say nothing about a rate."""
+_FLOAT32_STEP: Final = 64 * 10**9
+"""Distance of neighbouring float32 at seconds since 1970, in nanoseconds (128 s from 2^30 s on)."""
+_FLOAT64_STEP: Final = 240
+"""The same of float64, rounded up."""
+_MICROSECOND: Final = 1000
+_EARLIEST: Final = 946_684_800
+_LATEST: Final = 4_102_444_800
+"""Seconds since 1970 of the years 2000 and 2100."""
+_SCALES: Final = ((10**3, "milliseconds"), (10**6, "microseconds"), (10**9, "nanoseconds"))
+_SHOWN_DECIMALS: Final = 6
+
+
+def _text_of(stamp: int) -> str:
+    return format_stamp(stamp, 9).rstrip("0").rstrip(".")
+
+
+def _is_recording(subject: Subject, stream: str) -> bool:
+    """Whether a stream comes at the rate of a sensor; estimates come as their program likes."""
+    return not (subject.is_estimate and stream == "groundtruth")
+
+
+def _period(stamps: Stamps) -> float:
+    """Median step of the distinct stamps, nanoseconds; 0 for too few of them."""
+    distinct = np.unique(stamps)
+    return float(np.median(np.diff(distinct))) if len(distinct) >= _MIN_ROWS else 0.0
+
+
+def _mean_rate(stamps: Stamps) -> float:
+    """Return the distinct stamps per second."""
+    distinct = np.unique(stamps)
+    return (len(distinct) - 1) * 1e9 / float(distinct[-1] - distinct[0])
+
+
+def _went_through_float32(stamps: Stamps) -> bool:
+    return len(stamps) >= _MIN_ROWS and not (stamps % _FLOAT32_STEP).any() and bool(stamps.all())
+
+
+@rule(
+    "TUM101",
+    "stamp-not-increasing",
+    Severity.ERROR,
+    title="A stamp goes backwards.",
+    why="Readers that search by bisection, and all that integrate over time, go wrong.",
+    how="Each stamp is compared with the one of the row before.",
+    mend="Sort the rows (`validate --fix`); if a clock was set during the recording, record again.",
+    fixable=True,
+)
+def stamp_not_increasing(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Compare neighbours."""
+    del limits
+    for stream, stamps in subject.all_stamps.items():
+        for row in (np.flatnonzero(np.diff(stamps) < 0) + 1).tolist():
+            back = (int(stamps[row - 1]) - int(stamps[row])) / 1e9
+            yield Found(
+                f"the stamp {_text_of(int(stamps[row]))} is {back:.6f} s before that of the row before",
+                subject.place(stream, row),
+            )
+
+
+@rule(
+    "TUM102",
+    "stamp-repeated",
+    Severity.WARNING,
+    title="The same stamp stands in more than one row.",
+    why="Readers that keep rows in a dictionary drop all but the last of them without a word.",
+    how=(
+        "Equal stamps are counted. The published ground truth of the second camera has up to ten: 300 Hz "
+        "printed with four decimals."
+    ),
+    mend="Print more decimals; remove rows that are repeated as a whole.",
+)
+def stamp_repeated(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Count equal stamps."""
+    del limits
+    for stream, stamps in subject.all_stamps.items():
+        order = np.argsort(stamps, kind="stable")
+        again = np.sort(order[1:][np.diff(stamps[order]) == 0])
+        if len(again):
+            first = int(again[0])
+            rows = "1 row repeats" if len(again) == 1 else f"{len(again)} rows repeat"
+            yield Found(
+                f"{rows} the stamp of another; the first is {_text_of(int(stamps[first]))}",
+                subject.place(stream, first),
+                measured=str(len(again)),
+                expected="0",
+            )
+
+
+@rule(
+    "TUM103",
+    "stamp-gap",
+    Severity.WARNING,
+    title="A gap in a stream: frames or rows were dropped.",
+    why="Interpolating over a gap gives wrong poses; trackers lose the camera there.",
+    how="Steps between sorted stamps are compared with their median.",
+    mend="Nothing to mend in a recording; leave the time out of an evaluation.",
+    limits={
+        "periods": Limit(5, "median periods", "longest step that is no gap"),
+        "seconds": Limit(0.05, "s", "no shorter step is a gap, whatever the rate"),
+    },
+)
+def stamp_gap(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Look for long steps."""
+    for stream, stamps in subject.all_stamps.items():
+        period = _period(stamps)
+        if not period or not _is_recording(subject, stream) or _went_through_float32(stamps):
+            continue
+        order = np.argsort(stamps, kind="stable")
+        steps = np.diff(stamps[order])
+        shortest = max(limits["periods"] * period, limits["seconds"] * 1e9)
+        for index in np.flatnonzero(steps > shortest).tolist():
+            dropped = round(int(steps[index]) / period) - 1
+            yield Found(
+                f"a gap of {int(steps[index]) / 1e9:.3f} s before this row: about {dropped} rows are missing",
+                subject.place(stream, int(order[index + 1])),
+                measured=f"{int(steps[index]) / 1e9:.6f} s",
+                expected=f"{period / 1e9:.6f} s",
+            )
+
+
+@rule(
+    "TUM104",
+    "stamp-name-mismatch",
+    Severity.ERROR,
+    title="The file name of an image and its stamp in the list differ.",
+    why="Half of all readers take the stamp from the name, the other half from the list.",
+    how=(
+        "The name without folder and suffix is read as a stamp and compared with the list's, to "
+        "the nanosecond."
+    ),
+    mend="Rename the file or correct the row.",
+)
+def stamp_name_mismatch(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Compare names and stamps."""
+    del limits
+    for stream, names in subject.names.items():
+        stamps = subject.stamps[stream]
+        if _went_through_float32(stamps) or not subject.texts[stream].is_sound:
+            continue
+        for row, (name, stamp) in enumerate(zip(names, stamps.tolist(), strict=True)):
+            named = _stamp_of_name(name)
+            if named == stamp:
+                continue
+            place = subject.place(stream, row)
+            if named is None:
+                message = f"the name {name} holds no stamp; the list says {_text_of(stamp)}"
+                yield Found(message, place, severity=Severity.WARNING)
+            else:
+                yield Found(f"the list says {_text_of(stamp)}, the file is named {name}", place)
+
+
+def _stamp_of_name(name: str) -> int | None:
+    """Read the stamp in a file name; images with the same stamp may end with -1, -2 and so on."""
+    stem = re.sub(r"\.[A-Za-z]+$", "", name.rpartition("/")[2])
+    match = re.fullmatch(r"(\d+\.\d+)(-\d+)?", stem)
+    try:
+        return None if match is None else parse_stamp(match[1])
+    except ValueError:
+        return None
+
+
+@rule(
+    "TUM105",
+    "stamp-implausible",
+    Severity.ERROR,
+    title="Stamps are not seconds since 1970.",
+    why="Streams with different clocks cannot be brought together; a factor of 1000 stops every association.",
+    how="Stamps must lie in the years 2000 to 2100. For others it is tried what they may be.",
+    mend="Convert them to seconds since 1970.",
+)
+def stamp_implausible(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Compare with the range of plausible dates."""
+    del limits
+    for stream, text in subject.texts.items():
+        problems = text.problems(ProblemKind.STAMP)
+        if problems:
+            token = problems[0].text.split(",")[0].split()[0]
+            share = "" if len(problems) == 1 else f" ({len(problems)} rows)"
+            message = f"{token} is no number of seconds since 1970{share}: {_guess_text(token)}"
+            yield Found(message, Place(text.name, problems[0].line, stream))
+    for stream, stamps in subject.all_stamps.items():
+        wrong = np.flatnonzero((stamps < _EARLIEST * 10**9) | (stamps > _LATEST * 10**9))
+        if len(wrong):
+            row = int(wrong[0])
+            share = "" if len(wrong) == 1 else f" ({len(wrong)} of {len(stamps)} rows)"
+            guess = _guess_small(stamps[wrong])
+            yield Found(
+                f"{_text_of(int(stamps[row]))} is not in the years 2000 to 2100{share}: {guess}",
+                subject.place(stream, row),
+            )
+
+
+def _guess_text(token: str) -> str:
+    try:
+        value = float(token)
+    except ValueError:
+        return "it looks like a date"
+    for scale, unit in _SCALES:
+        if _EARLIEST <= value / scale <= _LATEST:
+            return f"it looks like {unit}"
+    return "it is beyond the year 2262"
+
+
+def _guess_small(stamps: Stamps) -> str:
+    steps = np.diff(stamps)
+    if len(stamps) >= _MIN_ROWS and (steps == 10**9).all():
+        return "it looks like frame numbers"
+    if (stamps >= 0).all() and (stamps < 10**5 * 10**9).all():
+        return "it looks like seconds since the start of the recording"
+    return "no usual unit fits"
+
+
+@rule(
+    "TUM106",
+    "stamp-precision",
+    Severity.WARNING,
+    title="Stamps have too few decimals, or went through a float on their way.",
+    why="float32 has steps of 128 s at today's stamps, float64 of 0.24 microseconds; names no longer match.",
+    how=(
+        "The last decimal must be below a tenth of the stream's period. Stamps that are all "
+        "multiples of 64 s "
+        "went through float32; stamps that all lie within 0.24 microseconds of a whole "
+        "microsecond, but not on "
+        "it, went through float64."
+    ),
+    mend="Print the original stamps as text or integers, with six decimals or more.",
+    limits={"share_of_period": Limit(0.1, "periods", "coarsest last decimal")},
+)
+def stamp_precision(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Look at the digits."""
+    for stream, stamps in subject.all_stamps.items():
+        if not _is_recording(subject, stream) or len(stamps) < _MIN_ROWS:
+            continue
+        place = subject.stream_place(stream)
+        if _went_through_float32(stamps):
+            yield Found("all stamps are multiples of 64 s: they went through float32", place)
+            continue
+        off = np.abs((stamps + _MICROSECOND // 2) % _MICROSECOND - _MICROSECOND // 2)
+        if (off < _FLOAT64_STEP).all() and (off > 0).mean() > 0.5:  # noqa: PLR2004 - most of them
+            yield Found("stamps lie just beside whole microseconds: they went through float64", place)
+            continue
+        digits = next(n for n in range(10) if not (stamps % 10 ** (9 - n)).any())
+        period = _period(stamps)
+        if period and 10 ** (9 - digits) > limits["share_of_period"] * period:
+            yield Found(
+                f"{digits} decimals are too few for a period of {period / 1e6:.1f} ms",
+                place,
+                measured=f"{10.0**-digits:g} s",
+                expected=f"at most {limits['share_of_period'] * period / 1e9:.2g} s",
+            )
+
+
+@rule(
+    "TUM107",
+    "rate-off",
+    Severity.WARNING,
+    title="A stream does not come at the rate of the sensor.",
+    why=(
+        "Frames were left out or repeated, or stamps are scaled; filters tuned for the sensor's "
+        "rate go wrong."
+    ),
+    how=(
+        "The rates of the median step and of the mean step are compared with 30 Hz (images), "
+        "100 or 300 Hz (ground truth), 500 Hz "
+        "(accelerometer)."
+    ),
+    mend="Nothing to mend where the recording has another rate; ignore the rule for it.",
+    limits={"share": Limit(0.1, "of the rate", "largest deviation")},
+)
+def rate_off(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Compare median rates."""
+    for stream, stamps in subject.all_stamps.items():
+        period = _period(stamps)
+        if not period or not _is_recording(subject, stream) or _went_through_float32(stamps):
+            continue
+        rate, mean = 1e9 / period, _mean_rate(stamps)
+        rates = _RATES_HZ[stream]
+        # The published accelerometers come in bursts: 825 Hz in the median, 497 Hz in the mean.
+        if min(abs(one / expected - 1) for expected in rates for one in (rate, mean)) > limits["share"]:
+            wanted = " or ".join(f"{expected:g}" for expected in rates)
+            yield Found(
+                f"{stream} comes at {rate:.1f} Hz (median; mean {mean:.1f} Hz), the sensor's "
+                f"rate is {wanted} Hz",
+                subject.stream_place(stream),
+                measured=f"{rate:.3f} Hz",
+                expected=f"{wanted} Hz",
+            )
+
+
+@rule(
+    "TUM108",
+    "stream-offset",
+    Severity.WARNING,
+    title="Colour and depth do not lie close together in time.",
+    why="A fusion of images that are apart puts depth beside the objects that move.",
+    how=(
+        "Median distance of the nearest stamps, share of depth images with a colour image within the limit, "
+        "one-to-one pairs by the benchmark's association, longest run of depth images without a partner."
+    ),
+    mend="Associate before pairing; look for a clock offset between the streams.",
+    limits={
+        "milliseconds": Limit(20, "ms", "largest distance of a pair"),
+        "share": Limit(0.8, "of the images", "least share that has a partner"),
+        "run": Limit(30, "images", "longest run without a partner"),
+    },
+)
+def stream_offset(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Pair depth with colour."""
+    colour, depth = (
+        np.sort(subject.stamps.get(stream, np.empty(0, np.int64))) for stream in ("rgb", "depth")
+    )
+    if (
+        min(len(colour), len(depth)) < _MIN_ROWS
+        or _went_through_float32(colour)
+        or _went_through_float32(depth)
+    ):
+        return
+    low, high = max(colour[0], depth[0]), min(colour[-1], depth[-1])
+    shared_colour = colour[(colour >= low) & (colour <= high)]
+    shared = depth[(depth >= low) & (depth <= high)]
+    if min(len(shared_colour), len(shared)) < _MIN_ROWS:
+        yield Found(
+            "colour and depth images hardly overlap in time",
+            subject.stream_place("depth"),
+            measured=f"{max(int(high) - int(low), 0) / 1e9:.3f} s",
+        )
+        return
+    after = np.clip(np.searchsorted(colour, shared), 1, len(colour) - 1)
+    nearest = np.minimum(np.abs(shared - colour[after - 1]), np.abs(colour[after] - shared))
+    limit = round(limits["milliseconds"] * 1e6)
+    median, within = float(np.median(nearest)) / 1e6, float((nearest < limit).mean())
+    pairs = associate(colour, depth, max_difference=limit)
+    alone = np.ones(len(depth), bool)
+    alone[pairs.second] = False
+    run = _longest_run(alone[(depth >= low) & (depth <= high)])
+    text = (
+        f"nearest colour and depth images are {median:.1f} ms apart in the median, {within:.0%} of the depth "
+        f"images have one within {limits['milliseconds']:g} ms, {len(pairs)} pairs, longest run without {run}"
+    )
+    paired = len(pairs) / min(len(shared), len(shared_colour))
+    if median > limits["milliseconds"] or min(within, paired) < limits["share"] or run > limits["run"]:
+        yield Found(text, subject.stream_place("depth"), measured=f"{median:.3f} ms")
+
+
+def _longest_run(flags: npt.NDArray[np.bool_]) -> int:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
+
+
+@rule(
+    "TUM109",
+    "groundtruth-coverage",
+    Severity.WARNING,
+    title="Images lie outside of the ground truth, or in one of its holes.",
+    why="An evaluation silently leaves these images out, or interpolates over the hole.",
+    how=(
+        "An image is covered if a pose lies within the limit of its stamp; longer steps of the "
+        "poses are holes."
+    ),
+    mend="Nothing to mend in a recording; leave the time out of an evaluation.",
+    limits={
+        "steps": Limit(2, "median steps", "largest distance to a pose"),
+        "hole": Limit(0.5, "s", "longest step that is no hole"),
+        "share": Limit(0.05, "of the images", "share that may be uncovered"),
+    },
+)
+def groundtruth_coverage(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Look for images without poses."""
+    if subject.groundtruth is None or not _is_recording(subject, "groundtruth"):
+        return
+    poses = np.unique(subject.groundtruth.stamps)
+    step = _period(poses)
+    if not step or _went_through_float32(poses):
+        return
+    for stream in IMAGE_STREAMS:
+        stamps = subject.stamps.get(stream)
+        if stamps is None or not len(stamps):
+            continue
+        after = np.clip(np.searchsorted(poses, stamps), 1, len(poses) - 1)
+        nearest = np.minimum(np.abs(stamps - poses[after - 1]), np.abs(poses[after] - stamps))
+        bare = np.flatnonzero(nearest > limits["steps"] * step)
+        if len(bare) > limits["share"] * len(stamps):
+            yield Found(
+                f"{len(bare)} of {len(stamps)} {stream} images have no pose within "
+                f"{limits['steps'] * step / 1e6:.0f} ms",
+                subject.place(stream, int(bare[0])),
+                measured=str(len(bare)),
+                expected="0",
+            )
+    order = np.argsort(subject.groundtruth.stamps, kind="stable")
+    steps = np.diff(subject.groundtruth.stamps[order])
+    holes = np.flatnonzero(steps > limits["hole"] * 1e9)
+    if len(holes):
+        longest = int(holes[np.argmax(steps[holes])])
+        yield Found(
+            f"{len(holes)} holes in the ground truth longer than {limits['hole']:g} s, the longest of "
+            f"{int(steps[longest]) / 1e9:.2f} s ends here",
+            subject.place("groundtruth", int(order[longest + 1])),
+            measured=f"{int(steps[longest]) / 1e9:.4f} s",
+            expected=f"at most {limits['hole']:g} s",
+        )
+
+
+RULES = (
+    stamp_not_increasing,
+    stamp_repeated,
+    stamp_gap,
+    stamp_name_mismatch,
+    stamp_implausible,
+    stamp_precision,
+    rate_off,
+    stream_offset,
+    groundtruth_coverage,
+)

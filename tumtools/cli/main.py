@@ -23,6 +23,8 @@ COMMANDS: Final[dict[str, str]] = {
     "info": "Show what a sequence holds.",
     "digest": "Print a content digest that does not depend on the format.",
     "diff": "Compare the contents of two sequences.",
+    "validate": "Check sequences: files, stamps, images, depth, ground truth.",
+    "rules": "List the rules of validate, or explain one.",
     "associate": "Pair two streams by their stamps.",
     "evaluate": "Measure an estimated trajectory against the ground truth.",
     "stats": "Print a sequence's motion, rates, drops and coverage.",

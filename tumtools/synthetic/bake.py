@@ -17,7 +17,6 @@ from tumtools.synthetic.textures import PAINTERS, Surface
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from tumtools.synthetic.shapes import Quad
 _LEVELS: Final = 4
 """Textures are kept at so many sizes, each half of the one before."""
 _GAMMA: Final = 1 / 2.2
@@ -28,7 +27,8 @@ class Scene:
     """The room, ready to be rendered.
 
     Attributes:
-        quads: Its surfaces.
+        frames: Origin, first and second edge (unit vectors) and normal of each surface, shape [quads, 4, 3].
+        sizes: Lengths of their edges, metres, shape [quads, 2].
         texel: Metres per texel at level 0.
         texels: All textures in one table, gamma applied, uint8, shape [n, 3].
         first: Index in `texels` of a texture, by level and surface, shape [levels, quads].
@@ -38,7 +38,8 @@ class Scene:
 
     """
 
-    quads: tuple[Quad, ...]
+    frames: npt.NDArray[np.float64]
+    sizes: npt.NDArray[np.float64]
     texel: float
     texels: npt.NDArray[np.uint8]
     first: npt.NDArray[np.intp]
@@ -65,7 +66,8 @@ def bake(seed: int, texel: float) -> Scene:
     shapes = np.array([[texture.shape[:2] for texture in level] for level in tables], np.intp)
     sizes = shapes[..., 0] * shapes[..., 1]
     return Scene(
-        quads=quads,
+        frames=np.array([[quad.origin, quad.right, quad.down, quad.normal] for quad in quads]),
+        sizes=np.array([quad.size for quad in quads]),
         texel=texel,
         texels=np.concatenate([texture.reshape(-1, 3) for level in tables for texture in level]),
         first=(np.cumsum(sizes.ravel()) - sizes.ravel()).reshape(sizes.shape),

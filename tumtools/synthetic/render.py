@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from tumtools.model.camera import CameraInfo
     from tumtools.synthetic.bake import Scene
-    from tumtools.synthetic.shapes import Quad
 
     Plane = npt.NDArray[np.float32]
 
@@ -110,39 +109,36 @@ def cast(
         *(np.zeros(shape, np.float32) for _ in range(3)),
     )
     column_x, row_y = rays.x[shape[0] // 2], rays.y[:, shape[1] // 2]
-    for number, quad in enumerate(scene.quads):
-        if float(((position - quad.origin) * quad.normal).sum()) <= 0:
-            continue
-        window = _window(quad, position, rotation, column_x, row_y)
+    frames = _in_camera(scene, position, rotation)
+    facing = (frames[:, 0] * frames[:, 3]).sum(axis=1) < 0
+    corners = _corners(scene, frames)
+    for number in np.flatnonzero(facing & (corners[:, :, 2] > _NEAR).any(axis=1)).tolist():
+        window = _window(corners[number], column_x, row_y)
         if window is not None:
-            _draw(view, rays, window, number, quad, _in_camera(quad, position, rotation))
+            _draw(view, rays, window, number, scene.sizes[number], frames[number].astype(np.float32))
     return view
 
 
 def _in_camera(
-    quad: Quad, position: npt.NDArray[np.float64], rotation: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float32]:
-    """Return origin, first edge, second edge and normal in the camera's axes, shape [4, 3]."""
-    vectors = np.stack([quad.origin - position, quad.right, quad.down, quad.normal])
-    return rotate_back(np.broadcast_to(rotation, (4, 3, 3)), vectors).astype(np.float32)
+    scene: Scene, position: npt.NDArray[np.float64], rotation: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return origin, first edge, second edge and normal of all surfaces, in the camera's axes, [n, 4, 3]."""
+    vectors = scene.frames.copy()
+    vectors[:, 0] -= position
+    return rotate_back(np.broadcast_to(rotation, (*vectors.shape[:2], 3, 3)), vectors)
 
 
-def _window(
-    quad: Quad,
-    position: npt.NDArray[np.float64],
-    rotation: npt.NDArray[np.float64],
-    column_x: Plane,
-    row_y: Plane,
-) -> tuple[slice, slice] | None:
-    """Return the rows and columns that can see the surface, None if there are none."""
-    right, down = quad.right * quad.size[0], quad.down * quad.size[1]
-    corners = (
-        np.stack([quad.origin, quad.origin + right, quad.origin + down, quad.origin + right + down])
-        - position
-    )
-    x, y, z = rotate_back(np.broadcast_to(rotation, (4, 3, 3)), corners).T
-    if (z <= _NEAR).all():
-        return None
+def _corners(scene: Scene, frames: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the corners of all surfaces, in the camera's axes, shape [n, 4, 3]."""
+    right = frames[:, 1] * scene.sizes[:, :1]
+    down = frames[:, 2] * scene.sizes[:, 1:]
+    origin = frames[:, 0]
+    return np.stack([origin, origin + right, origin + down, origin + right + down], axis=1)
+
+
+def _window(corners: npt.NDArray[np.float64], column_x: Plane, row_y: Plane) -> tuple[slice, slice] | None:
+    """Return the rows and columns that can see a surface with these corners, None if there are none."""
+    x, y, z = corners.T
     if (z <= _NEAR).any():
         return slice(0, len(row_y)), slice(0, len(column_x))
     columns = np.searchsorted(column_x, [(x / z).min() - _MARGIN, (x / z).max() + _MARGIN])
@@ -157,7 +153,7 @@ def _draw(
     rays: Rays,
     window: tuple[slice, slice],
     number: int,
-    quad: Quad,
+    size: npt.NDArray[np.float64],
     frame: npt.NDArray[np.float32],
 ) -> None:
     """Enter a surface where it is nearer than what is there."""
@@ -169,7 +165,7 @@ def _draw(
         u = (right[0] * x + right[1] * y + right[2]) * depth - (right * origin).sum()
         v = (down[0] * x + down[1] * y + down[2]) * depth - (down * origin).sum()
         seen = (depth > _NEAR) & (depth < view.depth[window]) & (facing < 0)
-        seen &= (u >= 0) & (u <= quad.size[0]) & (v >= 0) & (v <= quad.size[1])
+        seen &= (u >= 0) & (u <= size[0]) & (v >= 0) & (v <= size[1])
     if not seen.any():
         return
     np.copyto(view.depth[window], depth, where=seen)
@@ -191,7 +187,7 @@ def shade(scene: Scene, view: View, focal_length: float) -> npt.NDArray[np.float
     surface = np.maximum(view.surface, 0)
     footprint = view.depth / np.float32(focal_length * scene.texel) / np.sqrt(np.maximum(view.slope, 0.1))
     level = np.clip(np.rint(np.log2(np.maximum(footprint, 1e-3))), 0, len(scene.first) - 1).astype(np.intp)
-    sizes = np.array([quad.size for quad in scene.quads], np.float32)
+    sizes = scene.sizes.astype(np.float32)
     first, rows, columns = (
         scene.first[level, surface],
         scene.rows[level, surface],

@@ -26,6 +26,7 @@ _SMALL_SHARE: Final = 0.7
 """The median is taken over the smaller steps; the larger ones span values that do not occur."""
 _MIN_VALUES: Final = 40
 _MAX_SPREAD: Final = 0.25
+_MIN_COARSENESS: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,18 +37,21 @@ class DepthScale:
         units_per_metre: The measured factor.
         spread: Interquartile range of the steps taken, relative to their median: about 0.1 for a sensor's
             depth, 0.5 or more for depth that never was on a grid.
-        distinct: Distinct values that took part.
+        coarseness: Median distance of neighbouring values, counts. Where every count occurs it is 1, and
+            there is no grid to see.
+        distinct: Distinct values.
 
     """
 
     units_per_metre: float
     spread: float
+    coarseness: float
     distinct: int
 
     @property
     def is_quantised(self) -> bool:
         """Whether there is a grid at all; if not, the factor means nothing."""
-        return self.spread <= _MAX_SPREAD
+        return self.spread <= _MAX_SPREAD and self.coarseness >= _MIN_COARSENESS
 
 
 def measure_depth_scale(values: npt.NDArray[np.unsignedinteger]) -> DepthScale | None:
@@ -67,4 +71,5 @@ def measure_depth_scale(values: npt.NDArray[np.unsignedinteger]) -> DepthScale |
     steps = np.sort(-np.diff(1 / far))
     taken = steps[: max(1, int(len(steps) * _SMALL_SHARE))]
     low, middle, high = np.percentile(taken, [25, 50, 75])
-    return DepthScale(float(DISPARITY_STEP / middle), float((high - low) / middle), len(present))
+    coarseness = float(np.median(np.diff(far)))
+    return DepthScale(float(DISPARITY_STEP / middle), float((high - low) / middle), coarseness, len(present))

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from tumtools.formats.options import Progress, ReadOptions, no_progress
+from tumtools.validate.errata import explain
+from tumtools.validate.finding import Finding, Severity
 from tumtools.validate.load import load
 from tumtools.validate.rule import Needs
 from tumtools.validate.rules import RULES
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from tumtools.validate.finding import Finding, Severity
     from tumtools.validate.subject import Subject
 
 
@@ -33,6 +34,7 @@ class Result:
         name: Name of the sequence; that of the source if it could not be opened.
         format: Its format; empty if unknown.
         findings: In order of file, line and code.
+        rules: Codes of the rules that ran.
         images: Images looked at.
         level: `full` or `quick`.
         accepted: Findings that the baseline knew.
@@ -45,6 +47,7 @@ class Result:
     name: str
     format: str
     findings: tuple[Finding, ...]
+    rules: tuple[str, ...] = ()
     images: int = 0
     level: str = "full"
     accepted: int = 0
@@ -62,6 +65,25 @@ class Result:
         if self.is_folder and finding.place.file:
             return f"{self.path.rstrip('/')}/{finding.place.file}"
         return self.path
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What was found in all sources.
+
+    Attributes:
+        results: One a source, in the order asked for.
+        fail_on: Least severity that makes it a failure; None for never.
+
+    """
+
+    results: tuple[Result, ...]
+    fail_on: Severity | None = Severity.ERROR
+
+    @property
+    def failed(self) -> bool:
+        """Whether any source failed."""
+        return any(result.fails(self.fail_on) for result in self.results)
 
 
 def validate(
@@ -94,11 +116,13 @@ def validate(
 def check(subject: Subject, settings: Settings, *, full: bool = True) -> Result:
     """Run the rules over what was gathered."""
     found: list[Finding] = []
-    for rule in RULES.values():
-        if settings.runs(rule) and (full or rule.needs is Needs.TEXT):
-            limits = dict(settings.limits.get(rule.code, {}))
-            findings = rule.run(subject, limits, settings.severity.get(rule.code))
-            found.extend(_shorten(findings, settings.max_findings))
+    known = {code for explained in explain(subject) for code in explained.codes}
+    rules = [rule for rule in RULES.values() if settings.runs(rule) and (full or rule.needs is Needs.TEXT)]
+    for rule in rules:
+        limits = dict(settings.limits.get(rule.code, {}))
+        findings = rule.run(subject, limits, settings.severity.get(rule.code))
+        wanted = [f for f in findings if rule.code not in known or f.place.stream != "groundtruth"]
+        found.extend(_shorten(wanted, settings.max_findings))
     return Result(
         source=subject.source,
         path=subject.path,
@@ -106,6 +130,7 @@ def check(subject: Subject, settings: Settings, *, full: bool = True) -> Result:
         name=subject.info.name if subject.info else subject.source,
         format=subject.format,
         findings=tuple(sorted(found, key=_order)),
+        rules=tuple(rule.code for rule in rules),
         images=sum(len(frames) for frames in subject.frames.values()),
         level="full" if full else "quick",
     )

@@ -38,12 +38,13 @@ AVERAGING_SECONDS: Final = 0.1
 MIN_ROWS: Final = 30
 """Fewer poses with accelerations around them are not looked at."""
 _STEPS: Final = 60
-_TOLERANCE: Final = 1e-10
+_TOLERANCE: Final = 1e-9
 _STARTS: Final = np.array(
     [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 1], [-1, 1, -1]], np.float64
 )
 _SEARCH_SECONDS: Final = 0.5
-_COARSE_SECONDS: Final = 0.02
+_COARSE_SECONDS: Final = 0.05
+_FINE_SECONDS: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,11 @@ class GravityFit:
 
 
 def fit_gravity(
-    groundtruth: Trajectory, accelerometer: Accelerometer, reading: str = XYZW, shift_seconds: float = 0.0
+    groundtruth: Trajectory,
+    accelerometer: Accelerometer,
+    reading: str = XYZW,
+    shift_seconds: float = 0.0,
+    start: tuple[float, float, float] | None = None,
 ) -> GravityFit | None:
     """Fit the accelerometer's mounting and the direction of gravity.
 
@@ -72,6 +77,7 @@ def fit_gravity(
         accelerometer: Accelerations.
         reading: How the quaternions are meant, a key of `READINGS`.
         shift_seconds: Added to the accelerometer's stamps.
+        start: Direction to start from, where it is known roughly; several are tried otherwise.
 
     Returns:
         The best fit, or None if fewer than `MIN_ROWS` poses have a valid quaternion and accelerations
@@ -83,7 +89,8 @@ def fit_gravity(
         return None
     quaternions, directions = prepared
     order, inverse = READINGS[reading]
-    return _fit(_matrices(quaternions[:, order], inverse), directions)
+    starts = _STARTS if start is None else np.array([start])
+    return _fit(_matrices(quaternions[:, order], inverse), directions, starts)
 
 
 def fit_readings(groundtruth: Trajectory, accelerometer: Accelerometer) -> dict[str, GravityFit]:
@@ -102,20 +109,32 @@ def estimate_offset(groundtruth: Trajectory, accelerometer: Accelerometer) -> tu
         are too few rows or the best fit is at the end of the search.
 
     """
-    shifts = np.arange(-_SEARCH_SECONDS, _SEARCH_SECONDS + _COARSE_SECONDS / 2, _COARSE_SECONDS)
-    squares = np.full(len(shifts), np.inf)
-    for number, shift in enumerate(shifts.tolist()):
-        fit = fit_gravity(groundtruth, accelerometer, shift_seconds=shift)
-        if fit is not None:
-            squares[number] = fit.rms_degrees**2
-    best = int(np.argmin(squares))
-    if not 0 < best < len(shifts) - 1 or not np.isfinite(squares[best - 1 : best + 2]).all():
+    unshifted = fit_gravity(groundtruth, accelerometer)
+    if unshifted is None:
         return None
-    before, at, after = squares[best - 1 : best + 2]
+
+    def squares(shifts: Floats) -> Floats:
+        fits = [
+            fit_gravity(groundtruth, accelerometer, shift_seconds=shift, start=unshifted.up)
+            for shift in shifts.tolist()
+        ]
+        return np.array([np.inf if fit is None else fit.rms_degrees**2 for fit in fits])
+
+    coarse = np.arange(-_SEARCH_SECONDS, _SEARCH_SECONDS + _COARSE_SECONDS / 2, _COARSE_SECONDS)
+    rough = squares(coarse)
+    best = int(np.argmin(rough))
+    if not 0 < best < len(coarse) - 1:
+        return None
+    fine = coarse[best] + _FINE_SECONDS * np.arange(-3, 4)
+    near = squares(fine)
+    middle = int(np.clip(np.argmin(near), 1, len(near) - 2))
+    before, at, after = near[middle - 1 : middle + 2]
     curvature = before - 2 * at + after
+    if not np.isfinite(curvature):
+        return None
     vertex = 0.5 * (before - after) / curvature if curvature > 0 else 0.0
-    contrast = float(np.sqrt(min(squares[0], squares[-1]) / at)) if at > 0 else float("inf")
-    return float(shifts[best] + vertex * _COARSE_SECONDS), contrast
+    contrast = float(np.sqrt(min(rough[0], rough[-1]) / at)) if at > 0 else float("inf")
+    return float(fine[middle] + vertex * _FINE_SECONDS), contrast
 
 
 def _prepare(
@@ -156,10 +175,10 @@ def _matrices(quaternions: Floats, inverse: bool) -> Floats:
     return np.array(rows).transpose((2, 1, 0) if inverse else (2, 0, 1))
 
 
-def _fit(matrices: Floats, directions: Floats) -> GravityFit:
+def _fit(matrices: Floats, directions: Floats, starts: Floats) -> GravityFit:
     moment = np.einsum("ijk,il->jkl", matrices, directions)
-    best_value, best_mounting, best_up = -np.inf, np.eye(3), _STARTS[4]
-    for start in _STARTS:
+    best_value, best_mounting, best_up = -np.inf, np.eye(3), starts[0]
+    for start in starts:
         up = start / np.linalg.norm(start)
         value = -np.inf
         for _ in range(_STEPS):

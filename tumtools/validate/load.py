@@ -66,6 +66,14 @@ def load(
     return subject
 
 
+def gather(source: str | Path, sequence: Sequence, path: Path) -> Subject:
+    """Return what the rules at the level `quick` look at, of a sequence that is open."""
+    subject = Subject(str(source), str(path), path.is_dir(), sequence.info.format)
+    _describe(subject, sequence)
+    _read_headers(subject, sequence)
+    return subject
+
+
 def _open(entry: registry.Format, path: Path, options: ReadOptions, subject: Subject) -> Sequence:
     """Open a recording; a damaged one as far as it can be read."""
     try:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final
 from tumtools.validate.finding import Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
-    from tumtools.validate.engine import Result
+    from tumtools.validate.engine import Report, Result
     from tumtools.validate.finding import Finding
 
     Style = Callable[[str, str], str]
@@ -26,16 +26,21 @@ def plain(text: str, colour: str) -> str:
     return text
 
 
-def render(results: Sequence[Result], fail_on: Severity | None, style: Style = plain) -> str:
+def render(report: Report) -> str:
+    """Render the report without colours."""
+    return render_styled(report, plain)
+
+
+def render_styled(report: Report, style: Style) -> str:
     """Render the report.
 
     Args:
-        results: One a source.
-        fail_on: Least severity that makes it a failure.
+        report: What was found.
         style: Puts a text into a colour (`red`, `yellow`, `blue`, `green`, `bold`).
 
     """
     lines: list[str] = []
+    results, fail_on = report.results, report.fail_on
     for result in results:
         lines.append(style(f"{result.source}", "bold") + f"  ({_about(result)})")
         for file, findings in groupby(result.findings, key=lambda finding: finding.place.file):

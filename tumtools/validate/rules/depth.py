@@ -268,7 +268,7 @@ def depth_not_quantised(subject: Subject, limits: Limits) -> Iterator[Found]:
         yield Found(
             "the depth has no quantisation of a sensor; its factor cannot be measured",
             subject.stream_place("depth"),
-            measured=f"spread {scale.spread:.2f}",
+            measured=f"spread {scale.spread:.2f}, steps of {scale.coarseness:g} counts",
         )
 
 

@@ -65,13 +65,13 @@ class Surface:
 
 def sample(lattice: Floats, rows: Floats, columns: Floats) -> Floats:
     """Interpolate a lattice bilinearly at rows [n, 1] and columns [1, m]."""
-    top, left = rows.astype(np.intp), columns.astype(np.intp)
-    down, right = rows - top, columns - left
-    top = np.minimum(top, lattice.shape[0] - 2)
-    left = np.minimum(left, lattice.shape[1] - 2)
-    upper = lattice[top, left] * (1 - right) + lattice[top, left + 1] * right
-    lower = lattice[top + 1, left] * (1 - right) + lattice[top + 1, left + 1] * right
-    mixed: Floats = upper * (1 - down) + lower * down
+    top = np.minimum(rows[:, 0].astype(np.intp), lattice.shape[0] - 2)
+    left = np.minimum(columns[0].astype(np.intp), lattice.shape[1] - 2)
+    down, right = rows - top[:, None], columns - left
+    # First along the columns of the lattice, which are few, then across.
+    lines = lattice[top] * (1 - down).astype(np.float32) + lattice[top + 1] * down.astype(np.float32)
+    mixed: Floats = lines[:, left]
+    mixed += right.astype(np.float32) * (lines[:, left + 1] - mixed)
     return mixed
 
 

@@ -106,11 +106,20 @@ def _measure(subject: Subject, sequence: Sequence, jobs: int, progress: Progress
     def look(frame: Frame) -> tuple[FrameFacts, npt.NDArray[np.int64] | None]:
         return measure(frame, decode=True)
 
-    for facts, histogram in ordered_map(look, _images(subject, sequence), jobs):
+    for measured, histogram in ordered_map(look, _images(subject, sequence), jobs):
+        facts = measured
+        if facts.error is not None and isinstance(sequence, TumSequence) and facts.stream == "depth":
+            facts = _kind_of_depth(sequence, facts)
         subject.frames.setdefault(facts.stream, []).append(facts)
         if histogram is not None:
             subject.depth_histogram += histogram
         progress(1, 0)
+
+
+def _kind_of_depth(sequence: TumSequence, facts: FrameFacts) -> FrameFacts:
+    """Tell an image that is no depth image, which the reader refuses, from one that is damaged."""
+    header = _header_facts(sequence, facts.stream, facts.row, facts.stamp)
+    return facts if header.error is not None or header.encoding == "16UC1" else header
 
 
 def _images(subject: Subject, sequence: Sequence) -> Iterator[Frame]:

@@ -81,6 +81,21 @@ def test_saved_files(pair: list[str], tmp_path: Path, capsys: pytest.CaptureFixt
     assert run(["evaluate", "ate", *pair, "--save", str(tmp_path / "--save"), "--force"]) == 0
 
 
+def test_positions_without_rotations_do_for_the_absolute_error(
+    pair: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    saved = str(tmp_path / "saved.txt")
+    assert run(["evaluate", "ate", *pair, "--save", saved, "--json"]) == 0
+    rmse = json.loads(capsys.readouterr().out)["translation_m"]["rmse"]
+    assert run(["evaluate", "ate", pair[0], saved, "--align", "none", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["translation_m"]["rmse"] == pytest.approx(rmse, abs=1e-6)
+    assert run(["evaluate", "rpe", pair[0], saved]) == 4
+    assert "4 columns instead of 8" in capsys.readouterr().err
+    (tmp_path / "saved.txt").write_text("1305031102.0 1 2 3\n1305031102.1 1 x 3\n")
+    assert run(["evaluate", "ate", pair[0], saved]) == 4
+    assert "the row of 1305031102.100000000 is no position: '1 x 3'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -145,6 +145,12 @@ def test_a_window_too_wide_for_optimal_is_refused() -> None:
         associate(times, times, max_difference=2**60, method="optimal")
 
 
+def test_too_many_candidates_for_optimal_are_refused_before_memory_is_taken() -> None:
+    times = np.arange(10_000) * 1000
+    with pytest.raises(UsageError, match="too many for 'optimal'"):
+        associate(times, times, max_difference=10**7, method="optimal")
+
+
 def read_list(path: Path) -> tuple[list[str], np.ndarray]:
     lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
     return lines, np.array([parse_stamp(line.split()[0]) for line in lines], np.int64)

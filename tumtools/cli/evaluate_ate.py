@@ -61,8 +61,10 @@ def command(
     from tumtools.evaluate.ate import evaluate_ate
 
     evaluation.one_output(tum_output=tum_output, json=as_json)
-    true = evaluation.read_trajectory(groundtruth, groundtruth_topic, "--groundtruth-topic")
-    judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic")
+    true = evaluation.read_trajectory(
+        groundtruth, groundtruth_topic, "--groundtruth-topic", positions_do=not interpolate
+    )
+    judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic", positions_do=True)
     with evaluation.measuring(groundtruth, estimate):
         result = evaluate_ate(
             true,

@@ -108,22 +108,29 @@ def hole(interpolate: bool, max_hole: int | None) -> int | None:
     return (max_hole or MAX_HOLE) if interpolate else None
 
 
-def read_trajectory(source: str, topic: str | None = None, option: str | None = None) -> Trajectory:
+def read_trajectory(
+    source: str, topic: str | None = None, option: str | None = None, *, positions_do: bool = False
+) -> Trajectory:
     """Read the poses of any source.
 
     Args:
         source: A path in any format, or a name.
         topic: Of a recording, if it has several with poses.
         option: With which the command takes the topic, if not with --topic.
+        positions_do: Take text files of positions without rotations too.
 
     Raises:
         InputError: It cannot be read, or holds no poses.
         UsageError: Several topics have poses.
 
     """
+    from tumtools.evaluate.rows import read_positions
     from tumtools.formats.options import ReadOptions
     from tumtools.sources import open_source
 
+    positions = read_positions(source) if positions_do else None
+    if positions is not None:
+        return positions
     try:
         with open_source(source, ReadOptions(topics={"groundtruth": topic} if topic else {})) as sequence:
             trajectory = sequence.groundtruth

@@ -47,6 +47,8 @@ from tumtools.evaluate.matching import match
 from tumtools.evaluate.trajectories import clean, matched_note, scaled
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
     from tumtools.evaluate.geometry import Array
@@ -76,11 +78,10 @@ def translational_rmse(groundtruth: Trajectory, estimate: Trajectory) -> Array:
     d, turn, p = _differences(groundtruth, estimate)
     n = len(p)
     own = d - np.einsum("nij,nj->ni", turn, p)
-    early, late = _terms(own, d, turn, p)
     size = _fft_size(2 * n - 1)
     spectrum = np.zeros(size // 2 + 1, np.complex128)
     scale = 0.0
-    for one, other in zip(early, late, strict=True):
+    for one, other in _terms(own, d, turn, p):
         spectrum += np.conj(np.fft.rfft(one, size)) * np.fft.rfft(other, size)
         scale += float(np.linalg.norm(one) * np.linalg.norm(other))
     sums = np.fft.irfft(spectrum, size)[:n]
@@ -107,20 +108,18 @@ def _differences(groundtruth: Trajectory, estimate: Trajectory) -> tuple[Array, 
     return q - p, relative @ common.T - np.eye(3), p
 
 
-def _terms(own: Array, d: Array, turn: Array, p: Array) -> tuple[list[Array], list[Array]]:
-    """Return the factors in i and in j of all mixed terms of |d_j - N_i p_j - u_i|^2."""
+def _terms(own: Array, d: Array, turn: Array, p: Array) -> Iterator[tuple[Array, Array]]:
+    """Yield the factors in i and in j of all mixed terms of |d_j - N_i p_j - u_i|^2."""
     back = np.einsum("nji,nj->ni", turn, own)
     square = np.einsum("nki,nkj->nij", turn, turn)
-    early: list[Array] = []
-    late: list[Array] = []
     for k in range(3):
-        early += [-2.0 * own[:, k], 2.0 * back[:, k], *(-2.0 * turn[:, k, m] for m in range(3))]
-        late += [d[:, k], p[:, k], *(d[:, k] * p[:, m] for m in range(3))]
+        yield -2.0 * own[:, k], d[:, k]
+        yield 2.0 * back[:, k], p[:, k]
+        for m in range(3):
+            yield -2.0 * turn[:, k, m], d[:, k] * p[:, m]
     for k, m in _SYMMETRIC:
         # The products off the diagonal come twice.
-        early.append(square[:, k, m] * (1.0 if k == m else 2.0))
-        late.append(p[:, k] * p[:, m])
-    return early, late
+        yield square[:, k, m] * (1.0 if k == m else 2.0), p[:, k] * p[:, m]
 
 
 def _direct(d: Array, turn: Array, p: Array, distance: int) -> float:

@@ -9,7 +9,7 @@ the rows does; row i looks only at the partners within the limit (its band).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+
+_MAX_CANDIDATES: Final = 50_000_000
+"""Two bytes each are kept."""
 
 
 def optimal_pairs(
@@ -35,7 +38,7 @@ def optimal_pairs(
         Indices into `first` and `second`, shape [k] each, ascending.
 
     Raises:
-        UsageError: The limit is so wide that the costs do not fit into int64.
+        UsageError: The limit is so wide that the costs do not fit into int64, or the memory.
 
     """
     if len(first) > len(second):
@@ -48,6 +51,10 @@ def optimal_pairs(
         raise UsageError(msg, hint="give a smaller one, or use the method 'tum'")
     low = np.searchsorted(second, first - max_difference, side="right")
     high = np.searchsorted(second, first + max_difference, side="left")
+    candidates = int(np.sum(high - low))
+    if candidates > _MAX_CANDIDATES:
+        msg = f"{candidates} pairs differ by less than {max_difference / 1e9:g} s, too many for 'optimal'"
+        raise UsageError(msg, hint="give a smaller difference, or use the method 'tum'")
     # best[j]: best score of the rows so far with partners among second[:j]; does not fall with j.
     best = np.zeros(len(second) + 1, np.int64)
     reach = 0

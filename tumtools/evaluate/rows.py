@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumtools.errors import InputError
-from tumtools.model.time import parse_stamp
+from tumtools.model.signals import Trajectory
+from tumtools.model.time import format_stamp, parse_stamp
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 _SEPARATORS = re.compile(r"[,\t ]+")
 _TEXT = bytes({7, 8, 9, 10, 12, 13, 27} | set(range(0x20, 0x100)) - {0x7F})
 _HEAD_BYTES = 1024
+_POSITION_COLUMNS = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,3 +85,37 @@ def read_rows(path: str | Path) -> Rows:
             ) from error
         texts.append(" ".join(fields[1:]))
     return Rows(np.array(stamps, np.int64), tuple(texts), tuple(notes))
+
+
+def read_positions(path: str | Path) -> Trajectory | None:
+    """Read a text file of positions, `stamp x y z`, as `evaluate_ate.py` takes and saves them.
+
+    Returns:
+        Poses with zero quaternions, or None if the first row does not have four columns.
+
+    Raises:
+        InputError: A row is no position.
+
+    """
+    if not is_text(path) or _columns_of_first_row(path) != _POSITION_COLUMNS:
+        return None
+    rows = read_rows(path)
+    positions = np.empty((len(rows.texts), 3))
+    for row, text in enumerate(rows.texts):
+        try:
+            positions[row] = text.split(" ")
+        except ValueError as error:
+            raise InputError(
+                f"the row of {format_stamp(int(rows.stamps[row]), 9)} is no position: {text!r}; "
+                "expected 'timestamp tx ty tz'",
+                path=path,
+            ) from error
+    return Trajectory(rows.stamps, positions, np.zeros((len(positions), 4)))
+
+
+def _columns_of_first_row(path: str | Path) -> int:
+    with Path(path).open(encoding="utf-8", errors="replace") as file:
+        for line in file:
+            if not line.startswith("#") and line.strip():
+                return len([field for field in _SEPARATORS.split(line.strip()) if field])
+    return 0

@@ -40,6 +40,8 @@ UNITS: Final[tuple[Unit, ...]] = get_args(Unit)
 
 RANDOM_PAIRS: Final = 10_000
 """Number of random pairs by default, as in the scripts."""
+MAX_PAIRS: Final = 1_000_000
+"""More are not kept in memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,7 @@ class Sampling:
     """A choice of pairs, the same on every machine (`tumtools.evaluate.sampling`).
 
     Attributes:
-        max_pairs: Use at most so many, at least 2.
+        max_pairs: Use at most so many, 2 .. `MAX_PAIRS`.
         seed: For the choice, 0 .. 2**64 - 1.
         random: Instead of pairs at a fixed distance, choose among all n^2 ordered pairs (i, j), i = j
             included, with replacement; all of them if there are not more than `max_pairs`. This is
@@ -63,9 +65,9 @@ class Sampling:
     random: bool = False
 
     def __post_init__(self) -> None:
-        if self.max_pairs < 2:  # noqa: PLR2004 - fewer have no statistics
-            msg = f"at least two pairs are needed, not {self.max_pairs}"
-            raise UsageError(msg)
+        if not 2 <= self.max_pairs <= MAX_PAIRS:  # noqa: PLR2004 - fewer have no statistics
+            msg = f"a number of pairs must be in 2 .. {MAX_PAIRS}, not {self.max_pairs}"
+            raise UsageError(msg, hint="the average over all pairs can be had exactly: --all-pairs")
         if not 0 <= self.seed < 2**64:
             msg = f"a seed must be in 0 .. 2**64 - 1, not {self.seed}"
             raise UsageError(msg)

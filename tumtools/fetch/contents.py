@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from tumtools.formats.tum.text import parse
-
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
@@ -32,6 +30,8 @@ def differences(
         What differs from its own lists, and what differs from the catalogue, one sentence each.
 
     """
+    from tumtools.formats.tum.text import parse  # noqa: PLC0415 - brings numpy, which downloads do without
+
     own: list[str] = []
     found: list[str] = []
     for stream, list_name in _LISTS.items():

@@ -236,7 +236,7 @@ class Download:
                     while view:
                         view = view[file.write(view) :]
                     offset += len(block)
-                    self._growing.grown_to(offset)
+                    self._growing.grown_to(offset, block)
                     self._listener.progress(offset, total)
                     block = self._read(response)
         except OSError as error:

@@ -2,16 +2,18 @@
 # SPDX-License-Identifier: MIT
 """Hash and unpack a file in one pass while it is being downloaded.
 
-The download writes the `.part` file; a thread reads behind it, out of the system's page cache. So a slow disk
-or decompressor never slows the line, memory stays flat, and a resumed download needs nothing special: the
-pass starts at the beginning of what is there.
+The download writes the `.part` file; a thread follows. It takes the blocks that were just written from memory
+while it keeps up, and reads what it missed from the file (out of the system's page cache). So a slow disk or
+decompressor never slows the line, memory stays flat, and a resumed download needs nothing special: the pass
+starts at the beginning of what is there.
 """
 
 from __future__ import annotations
 
 import hashlib
 import threading
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from collections import deque
+from typing import IO, TYPE_CHECKING, Final, Generic, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _BLOCK: Final = 1 << 20
+_MAX_RECENT: Final = 32
+"""Blocks of the download that are kept in memory for the follower."""
 
 
 class _RestartedError(Exception):
@@ -36,20 +40,26 @@ class GrowingFile:
         self.path = path
         self._changed = threading.Condition()
         self._size = 0
+        self._recent: deque[tuple[int, bytes]] = deque()  # where they begin in the file, and the bytes
         self._complete = False
         self._abandoned = False
         self._generation = 0
 
-    def grown_to(self, size: int) -> None:
-        """Tell that so many bytes are in the file."""
+    def grown_to(self, size: int, block: bytes = b"") -> None:
+        """Tell that so many bytes are in the file, and which were the last ones."""
         with self._changed:
             self._size = size
+            if block:
+                self._recent.append((size - len(block), block))
+                if len(self._recent) > _MAX_RECENT:
+                    self._recent.popleft()
             self._changed.notify_all()
 
     def restart(self) -> None:
         """Tell that the file has been emptied."""
         with self._changed:
             self._size = 0
+            self._recent.clear()
             self._complete = False
             self._generation += 1
             self._changed.notify_all()
@@ -72,8 +82,14 @@ class GrowingFile:
         with self._changed:
             return self._generation
 
-    def wait_beyond(self, position: int, generation: int) -> int:
-        """Return the size once it is more than `position`, or `position` at the end of the file."""
+    def wait_beyond(self, position: int, generation: int) -> tuple[int, bytes]:
+        """Wait for more than `position` bytes.
+
+        Returns:
+            Up to where to read the file from `position`, and instead of reading, the bytes if they are in
+            memory; `position` itself at the end of the file.
+
+        """
         with self._changed:
             while True:
                 if self._abandoned:
@@ -81,10 +97,21 @@ class GrowingFile:
                 if self._generation != generation:
                     raise _RestartedError
                 if self._size > position:
-                    return self._size
+                    return self._next(position)
                 if self._complete:
-                    return position
+                    return position, b""
                 self._changed.wait()
+
+    def _next(self, position: int) -> tuple[int, bytes]:
+        while self._recent and self._recent[0][0] < position:
+            self._recent.popleft()
+        if not self._recent:
+            return self._size, b""
+        begin, block = self._recent[0]
+        if begin > position:
+            return begin, b""
+        self._recent.popleft()
+        return begin + len(block), block
 
 
 class FollowingReader:
@@ -100,38 +127,55 @@ class FollowingReader:
         self.path = file.path
         self._file = file
         self._generation = file.generation
-        file.wait_beyond(0, self._generation)
-        self._stream = file.path.open("rb", buffering=0)
+        self._stream: IO[bytes] | None = None
         self._hash = hashlib.sha256()
+        self._block = memoryview(b"")
+        self._taken = 0
         self.position = 0
 
     def read(self, size: int = -1) -> bytes:
-        """Return the next bytes, at most `size` (a megabyte if negative); none at the end of the file."""
-        buffer = bytearray(_BLOCK if size < 0 else min(size, _BLOCK))
-        count = self.readinto(buffer)
-        return bytes(memoryview(buffer)[:count])
+        """Return the next bytes, at most `size`; none at the end of the file."""
+        if not self._block:
+            self._block = memoryview(self._take())
+        part = bytes(self._block if size < 0 else self._block[:size])
+        self._block = self._block[len(part) :]
+        self.position += len(part)
+        return part
 
     def readinto(self, buffer: bytearray | memoryview) -> int:
         """Fill a buffer, or its beginning, with the next bytes; 0 at the end of the file."""
-        available = self._file.wait_beyond(self.position, self._generation) - self.position
-        view = memoryview(buffer)[:available]
-        count = self._stream.readinto(view) if view else 0
-        if view and not count:
-            raise _RestartedError  # emptied since the line above
-        self._hash.update(view[:count])
+        if not self._block:
+            self._block = memoryview(self._take())
+        count = min(len(buffer), len(self._block))
+        buffer[:count] = self._block[:count]
+        self._block = self._block[count:]
         self.position += count
         return count
 
-    def close(self) -> None:
-        """Release the file."""
-        self._stream.close()
-
     def drain(self) -> str:
         """Read what is left and return the sha256 of the whole file."""
-        buffer = bytearray(_BLOCK)
-        while self.readinto(buffer):
-            pass
+        while block := self._take():
+            self.position += len(block)
         return self._hash.hexdigest()
+
+    def close(self) -> None:
+        """Release the file."""
+        if self._stream is not None:
+            self._stream.close()
+
+    def _take(self) -> bytes:
+        """Return the next block, hashed; none at the end of the file."""
+        end, block = self._file.wait_beyond(self._taken, self._generation)
+        if not block and end > self._taken:
+            if self._stream is None:
+                self._stream = self.path.open("rb", buffering=0)
+            self._stream.seek(self._taken)
+            block = self._stream.read(min(end - self._taken, _BLOCK))
+            if not block:
+                raise _RestartedError  # emptied since the lines above
+        self._hash.update(block)
+        self._taken += len(block)
+        return block
 
 
 class Follower(Generic[_T]):

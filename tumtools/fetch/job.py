@@ -175,7 +175,8 @@ class _Job:
             part,
             self._kind,
             known,
-            self._consume,
+            # An archive that is to stay packed is read to its end if nothing else tells that it is whole.
+            self._consume if self._unpack or not any(fact.sha256 for fact in known) else None,
             patience=self._options.patience,
             listener=Listener(
                 lambda done, total: self._tell("downloading", done=done, total=total),
@@ -202,7 +203,6 @@ class _Job:
             reader.drain()
             return unpack_zip(reader.path, folder, self._target.name)
         if self._kind in ARCHIVES:
-            # One that is not wanted unpacked is still read to its end: that finds out if it is cut off.
             return unpack_tar(reader, self._kind, folder, self._target.name)
         return None
 

@@ -6,21 +6,23 @@ from __future__ import annotations
 
 import gzip
 import hashlib
-import os
 import shutil
 import tarfile
 import zipfile
 import zlib
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
-from typing import IO, Final, Protocol, cast
+from typing import IO, TYPE_CHECKING, Final, Protocol, cast
 
 import zstandard
 from isal import igzip, isal_zlib
 
 from tumtools.errors import InputError, OutputError
 from tumtools.formats.tum.members import check_name, check_size, check_tar_member
+
+if TYPE_CHECKING:
+    from io import FileIO
+    from pathlib import Path
 
 BOMB_RATIO: Final = 20
 """Archives of sequences hold PNG files and unpack to 1.1 times their size."""
@@ -165,6 +167,8 @@ def unpack_zip(path: Path, folder: Path | None, label: str) -> Unpacked:
     last = "the beginning"
     try:
         with zipfile.ZipFile(path) as archive:
+            if folder is None and (damaged := archive.testzip()) is not None:
+                raise InputError("the member is damaged", path=label, location=f"member {damaged}")
             for member in archive.infolist():
                 last = f"member {member.filename}"
                 name = check_name(member.filename, label)
@@ -234,27 +238,31 @@ def _make_folder(result: Unpacked, name: str, label: str) -> None:
 def _write(result: Unpacked, name: str, content: IO[bytes], size: int, label: str) -> None:
     if name in result.files:
         raise InputError("the name occurs twice", path=label, location=f"member {name}")
+    if result.folder is None:
+        result.files[name] = (size, "")
+        return
     digest = hashlib.sha256()
     count = 0
-    with _create(result, name, label) as file:
+    with _create(result.folder / name, name, label) as file:
         for block in iter(partial(content.read, _COPY), b""):
             digest.update(block)
+            view = memoryview(block)
+            while view:
+                try:
+                    view = view[file.write(view) :]
+                except OSError as error:
+                    raise _not_written(name, label, error) from error
             count += len(block)
-            try:
-                file.write(block)
-            except OSError as error:
-                raise _not_written(name, label, error) from error
     if count != size:
         raise InputError(f"{count} of {size} bytes are there", path=label, location=f"member {name}")
     result.files[name] = (count, digest.hexdigest())
     result.nbytes += count
 
 
-def _create(result: Unpacked, name: str, label: str) -> IO[bytes]:
-    target = Path(os.devnull) if result.folder is None else result.folder / name
+def _create(target: Path, name: str, label: str) -> FileIO:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        return target.open("wb")
+        return target.open("wb", buffering=0)
     except (FileExistsError, NotADirectoryError, IsADirectoryError) as error:
         raise InputError(
             "the name is a file and a folder at once", path=label, location=f"member {name}"

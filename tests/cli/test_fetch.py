@@ -74,6 +74,7 @@ def test_one_that_fails_does_not_stop_the_others(cli: Cli) -> None:
     assert "mini/two  cache/mini_two" in cli.out
     assert "error: mini/gone: " in cli.err
     assert "HTTP 404" in cli.err
+    assert "2 fetched (1.2 MB), 0 were there, 1 failed" in cli.err
     assert len(cli.place.server.requests) == 3
 
 

@@ -279,6 +279,26 @@ def test_if_no_mirror_works_all_are_named(place: Place) -> None:
     assert "--mirror" in text
 
 
+def test_another_mirror_goes_on_where_the_first_broke_if_the_checksum_is_known(place: Place) -> None:
+    first = place.serve(drops=[200_000])
+    first.before = lambda served: served.answers.append((404, {})) if len(place.server.requests) > 1 else None
+    place.serve(path="/g/mini.tgz", etag='"another"')
+    entry = place.entry("/f/mini.tgz", "/g/mini.tgz", sha256=SHA)
+    assert place.fetch(entry).url.endswith("/g/mini.tgz")
+    assert place.server.starts == [None, 200_000, 200_000]
+    assert "If-Range" not in place.server.requests[-1].headers
+    assert_fetched(place)
+
+
+def test_and_starts_over_if_it_is_not(place: Place) -> None:
+    first = place.serve(drops=[200_000])
+    first.before = lambda served: served.answers.append((404, {})) if len(place.server.requests) > 1 else None
+    place.serve(path="/g/mini.tgz", etag='"another"')
+    place.fetch(place.entry("/f/mini.tgz", "/g/mini.tgz"))
+    assert place.server.starts == [None, 200_000, None]
+    assert_fetched(place)
+
+
 def test_a_mirror_option_comes_first_in_the_benchmarks_layout_and_flat(place: Place) -> None:
     place.serve(path="/m/mini.tgz")
     fetched = place.fetch(place.entry("/f/mini.tgz"), mirror=place.server.url("/m/"))

@@ -110,6 +110,15 @@ def test_pins_are_sorted_and_kept(tmp_path: Path) -> None:
     assert list(json.loads(locks.path.read_text())["files"]) == ["a.tgz", "b.tgz", "c.tgz"]
 
 
+def test_a_pin_is_never_replaced(tmp_path: Path) -> None:
+    locks = LockFile(tmp_path / "x.lock")
+    locks.add("a.tgz", Pin("a", "http://h/p", 1, "0" * 64))
+    before = locks.path.read_bytes()
+    with pytest.raises(IntegrityError, match="was noted with sha256 0000"):
+        locks.add("a.tgz", Pin("a", "http://h/p", 1, "1" * 64))
+    assert locks.path.read_bytes() == before
+
+
 def test_offline_takes_what_is_there_and_nothing_else(place: Place) -> None:
     with pytest.raises(FetchError, match="--offline forbids to download it"):
         place.fetch(offline=True)

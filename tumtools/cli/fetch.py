@@ -106,6 +106,18 @@ def _print(outcomes: list[Outcome], as_json: bool) -> None:
                 output.warning(f"{fetched.label}: {note}")
             if not as_json:
                 click.echo(f"{fetched.label}  {_shown(fetched.path)}  ({_how(outcome)})")
+    if len(outcomes) > 1:
+        output.message(_summary(outcomes))
+
+
+def _summary(outcomes: list[Outcome]) -> str:
+    done = [outcome.fetched for outcome in outcomes if outcome.fetched]
+    new = [fetched for fetched in done if fetched.downloaded]
+    failed = len(outcomes) - len(done)
+    return (
+        f"{len(new)} fetched ({output.size(sum(fetched.downloaded for fetched in new))}), "
+        f"{len(done) - len(new)} were there, {failed} failed"
+    )
 
 
 def _how(outcome: Outcome) -> str:

@@ -136,7 +136,7 @@ class Download:
         headers = {}
         if offset and version is not None:
             headers["Range"] = f"bytes={offset}-"
-            if version.validator is not None:
+            if version.validator is not None and version.url == display_url(url):
                 headers["If-Range"] = version.validator
         reply = request(self._session, url, headers, self._patience)
         with reply.response as response:
@@ -180,9 +180,10 @@ class Download:
             self.start_over()
             sent = response.headers.get("Content-Range")
             raise PassingError(f"asked for the bytes from {offset}, the server sent {sent!r}")
-        total = int(match[3]) if match[3] != "*" else None
         before = self._part.version
-        if before is not None and before.differs_from(Version.of_response(url, response.headers, total)):
+        total = int(match[3]) if match[3] != "*" else before.length if before else None
+        now = Version.of_response(display_url(url), response.headers, total)
+        if before is not None and before.differs_from(now):
             self.start_over()
             raise PassingError("the file has changed on the server; starting over")
         if total is not None:

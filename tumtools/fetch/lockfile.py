@@ -12,7 +12,7 @@ from typing import Final
 
 from tumtools.catalogue.entry import as_table
 from tumtools.catalogue.table import build
-from tumtools.errors import InputError, OutputError
+from tumtools.errors import InputError, IntegrityError, OutputError
 from tumtools.fetch.atomic import exclusive, write_text
 
 LOCK_NAME: Final = "tumtools.lock"
@@ -80,6 +80,7 @@ class LockFile:
         """Note a file that is trusted from now on; other processes' pins are kept.
 
         Raises:
+            IntegrityError: Another process has noted another file meanwhile.
             OutputError: It cannot be written.
 
         """
@@ -89,6 +90,12 @@ class LockFile:
             raise OutputError(f"cannot be made: {error.strerror}", path=self.path.parent) from error
         with exclusive(self.path.parent):
             pins = self._load()
+            before = pins.get(file_name)
+            if before is not None and before.sha256 != pin.sha256:
+                raise IntegrityError(
+                    f"{file_name} was noted with sha256 {before.sha256} meanwhile, this one has {pin.sha256}",
+                    path=self.path,
+                )
             pins[file_name] = pin
             files = {key: as_table(pins[key]) for key in sorted(pins)}
             document = {"schema_version": SCHEMA_VERSION, "files": files}

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-Stage = Literal["waiting", "downloading", "unpacking", "note", "done", "failed"]
+Stage = Literal["waiting", "downloading", "note", "done", "failed"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,8 +48,10 @@ class Version:
         return self.last_modified
 
     def differs_from(self, other: Version) -> bool:
-        """Tell whether the two are surely not the same bytes."""
-        pairs = ((self.etag, other.etag), (self.length, other.length))
+        """Tell whether the two are surely not the same bytes; mirrors may have ETags of their own."""
+        pairs: list[tuple[object, object]] = [(self.length, other.length)]
+        if self.url == other.url:
+            pairs.append((self.etag, other.etag))
         return any(a is not None and b is not None and a != b for a, b in pairs)
 
 

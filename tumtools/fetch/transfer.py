@@ -15,7 +15,7 @@ from tumtools.fetch.verify import Known, check_content
 
 if TYPE_CHECKING:
     import threading
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Sequence
 
     from tumtools.fetch.options import Patience
     from tumtools.fetch.state import Part
@@ -76,7 +76,7 @@ class Transfer:
             cancelled=cancelled,
         )
 
-    def run(self, label: str, urls: Iterable[str]) -> Arrived:
+    def run(self, label: str, urls: Sequence[str]) -> Arrived:
         """Try the URLs in order.
 
         Args:
@@ -97,7 +97,8 @@ class Transfer:
                     return self._from_mirror(url)
                 except MirrorError as error:
                     failures.append((display_url(url), error))
-                    self._listener.note(f"{display_url(url)}: {error.reason}")
+                    if url != urls[-1]:
+                        self._listener.note(f"{display_url(url)}: {error.reason}; trying the next address")
         finally:
             self._growing.abandon()
             if self._follower is not None:

@@ -139,7 +139,7 @@ def convert(
         if options.strict:
             _refuse(losses, target)
         if recorded is not None:
-            with entry.reader.open(path, _read_options(write_options)) as result:
+            with entry.reader.open(path, ReadOptions()) as result:
                 skip = {loss.stream for loss in written}
                 verify(recorded, result, skip=skip, jobs=write_options.jobs, progress=verify_progress)
         size = _size(path)
@@ -153,10 +153,6 @@ def _prepare(sequence: Sequence, selection: Selection, needs: Needs) -> Sequence
     if needs.depth_units_per_metre is not None:
         prepared = rescale_depth(prepared, needs.depth_units_per_metre)
     return prepared
-
-
-def _read_options(options: WriteOptions) -> ReadOptions:
-    return ReadOptions(topics=options.topics)
 
 
 def _dry_run(prepared: Sequence, report: Report, progress: Progress) -> Report:

@@ -9,13 +9,16 @@ its leading comment.
 from __future__ import annotations
 
 import json
+import math
 import re
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from tumtools.errors import InputError
+from tumtools.formats.tum.text import parse_row
+from tumtools.model.camera import CAMERAS
 from tumtools.model.sequence import STREAMS
 from tumtools.model.text import TextLayout
 from tumtools.model.time import MAX_DECIMALS
@@ -96,13 +99,41 @@ def order_by_stamp(stamps: npt.NDArray[np.int64]) -> tuple[int, ...] | None:
     return tuple(np.argsort(stamps, kind="stable").tolist())
 
 
+def fitting(
+    layout: TextLayout, stream: str, stamps: npt.NDArray[np.int64], values: npt.NDArray[np.float64]
+) -> TextLayout:
+    """Return the layout without literal rows that do not say what the data says.
+
+    The data may have been cut by another tool, or the metadata changed.
+
+    Args:
+        layout: As the container keeps it.
+        stream: Its stream.
+        stamps: Of the rows in file order, shape [n].
+        values: Shape [n, k]; k = 0 for image lists.
+
+    """
+
+    def fits(row: int, text: str) -> bool:
+        if not 0 <= row < len(stamps):
+            return False
+        try:
+            stamp, numbers, _ = parse_row(text.rsplit("\n", 1)[-1].strip().removeprefix("\ufeff"), stream)
+        except ValueError:
+            return False
+        return stamp == stamps[row] and np.array_equal(numbers, values[row], equal_nan=True)
+
+    return replace(layout, overrides={row: text for row, text in layout.overrides.items() if fits(row, text)})
+
+
 def to_strings(metadata: Metadata) -> dict[str, str]:
     """Return the metadata as strings; nested values as JSON; nothing for what is unknown."""
     result = {"version": VERSION}
     for one in fields(metadata):
         value = getattr(metadata, one.name)
         if isinstance(value, str):
-            result[one.name] = value
+            # A name may come from a folder whose name is no UTF-8, and containers hold nothing else.
+            result[one.name] = value.encode("utf-8", "backslashreplace").decode()
         elif value:
             result[one.name] = _to_json(value)
     return result
@@ -131,16 +162,31 @@ def from_strings(strings: Mapping[str, str]) -> Metadata:
         order = json.loads(strings.get("row_order", "{}"))
         return Metadata(
             name=strings["name"],
-            camera=strings.get("camera"),
-            depth_units_per_metre=float(units) if units else None,
+            camera=camera if (camera := strings.get("camera")) in CAMERAS else None,
+            depth_units_per_metre=_units(units) if units else None,
             licence=strings.get("licence"),
             citation=strings.get("citation"),
             streams={str(k): str(v) for k, v in json.loads(strings.get("streams", "{}")).items()},
             text={str(stream): _layout(layout) for stream, layout in text.items()},
-            row_order={str(stream): tuple(map(int, rows)) for stream, rows in order.items()},
+            row_order={str(stream): _order(rows) for stream, rows in order.items()},
         )
-    except (KeyError, ValueError, TypeError, AttributeError) as error:
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"its tumtools metadata is damaged: {type(error).__name__}: {error}") from error
+
+
+def _units(text: str) -> float:
+    units = float(text)
+    if not 0 < units < math.inf:
+        raise ValueError(f"{text} depth units per metre")
+    return units
+
+
+def _order(rows: list[int]) -> tuple[int, ...]:
+    """Check that each row is named once."""
+    order = tuple(map(int, rows))
+    if sorted(order) != list(range(len(order))):
+        raise ValueError("an order of rows that does not name each row once")
+    return order
 
 
 def _layout(values: dict[str, Any]) -> TextLayout:  # Any: fresh from JSON, checked field by field

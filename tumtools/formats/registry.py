@@ -248,7 +248,7 @@ def detect(path: Path) -> Format:
         raise InputError(
             "the file is empty (0 bytes)", path=path, hint="its recording or download was cut off"
         )
-    head = _uncompressed(head)
+    head = _uncompressed(head, path)
     for entry in FORMATS.values():
         if entry.content is not None and entry.content.match(head):
             return entry
@@ -259,7 +259,7 @@ def detect(path: Path) -> Format:
     )
 
 
-def _uncompressed(head: bytes) -> bytes:
+def _uncompressed(head: bytes, path: Path) -> bytes:
     """Undo gzip or zstd for the first bytes of a file."""
     try:
         if head.startswith(_GZIP):
@@ -269,7 +269,9 @@ def _uncompressed(head: bytes) -> bytes:
 
             return zstandard.ZstdDecompressor().decompressobj().decompress(head)[:_HEAD_BYTES] or head
     except (zlib.error, ValueError) as error:
-        raise InputError(f"the compressed data is damaged: {error}", location="offset 0") from error
+        raise InputError(
+            f"the compressed data is damaged: {error}", path=path, location="offset 0"
+        ) from error
     return head
 
 

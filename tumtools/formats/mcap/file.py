@@ -36,6 +36,8 @@ _MAX_CHUNK_BYTES: Final = 1 << 28
 """A chunk that says it is larger than 256 MiB is taken for damaged; writers make them of a few MB."""
 _CHUNK_INDEX: Final = struct.Struct("<QQQQ")
 """First and last log time, offset and size of the chunk's record."""
+_STATISTICS: Final = struct.Struct("<QHIIIIQQ")
+"""Counts of messages, schemas, channels, attachments, metadata records, chunks; first and last log time."""
 _CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
 
 
@@ -96,8 +98,14 @@ class McapFile:
 
     def __init__(self, path: Path, *, salvage: bool = False) -> None:
         self.path = str(path)
-        with path.open("rb") as file:
-            self.data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        try:
+            with path.open("rb") as file:
+                self.data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        except OSError as error:
+            raise InputError(f"cannot read: {error.strerror}", path=path) from error
+        except ValueError as error:
+            hint = "its recording or download was cut off"
+            raise InputError("the file is empty (0 bytes)", path=path, hint=hint) from error
         self._salvage = salvage
         self.warnings: list[str] = []
         self.metadata: Mapping[str, str] | None = None
@@ -120,6 +128,8 @@ class McapFile:
         self.counts: Mapping[int, int] | None = None
         self.scanned: dict[int, list[tuple[int, int, int]]] = {}
         self.attachments = 0
+        self._metadata_records = 0
+        self._side_records = (0, 0)
 
     def error(self, message: str, offset: int, hint: str | None = None) -> InputError:
         """Return an error at an offset of this file."""
@@ -167,7 +177,24 @@ class McapFile:
             op, content, following = self.record(offset, footer)
             self._take_record(op, content, offset)
             offset = following
-        return bool(self.chunks) or self.counts == {}
+        return self._is_complete()
+
+    def _is_complete(self) -> bool:
+        """Tell whether the summary repeats all that is needed; writers may leave out any part of it."""
+        if not self.chunks:
+            return self.counts == {}
+        places = [chunk.offset for chunk in self.chunks]
+        places += [offset for chunk in self.chunks for offset in chunk.index.values()]
+        if len(set(places)) < len(places):
+            raise self.error("the index of chunks names a place twice", min(places))
+        used = {channel for chunk in self.chunks for channel in chunk.index} | set(self.counts or ())
+        schemas = {channel.schema for channel in self.channels.values()} - {0}
+        return (
+            bool(self.channels)
+            and used <= self.channels.keys()
+            and schemas <= self.schemas.keys()
+            and self._side_records == (self.attachments, self._metadata_records)
+        )
 
     def _scan(self) -> None:
         """Read all records of the data section, in order, for want of an index."""
@@ -205,9 +232,11 @@ class McapFile:
             _, _, start, _ = fields.unpack(_CHUNK_INDEX)
             self.chunks.append(ChunkPlace(start, fields.number_map()))
         elif op == Op.STATISTICS:
-            fields.take(8 + 2 + 4 * 4 + 2 * 8)
+            _, _, _, attachments, records, _, _, _ = fields.unpack(_STATISTICS)
+            self._side_records = (attachments, records)
             self.counts = fields.number_map()
         elif op == Op.METADATA_INDEX:
+            self._metadata_records += 1
             place, _ = fields.number("Q"), fields.number("Q")
             if fields.string() == RECORD:
                 self._take_metadata(place)
@@ -296,8 +325,12 @@ class McapFile:
                 f"chunks compressed with {compression!r}", path=self.path, location=f"offset {offset}"
             )
         try:
-            if compression == "zstd":
+            if compression == "lz4":
+                return memoryview(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
+            promised = zstandard.frame_content_size(packed)
+            if promised in {-1, size}:
+                # A size that the frame itself gives would be allocated whatever the limit is.
                 return memoryview(zstandard.ZstdDecompressor().decompress(packed, max_output_size=size + 1))
-            return memoryview(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
         except (zstandard.ZstdError, RuntimeError, ValueError, EOFError) as error:
             raise self.error(f"the chunk cannot be decompressed: {error}", offset) from error
+        raise self.error(f"the chunk's data says it has {promised} bytes, its header says {size}", offset)

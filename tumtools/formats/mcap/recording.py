@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 _CACHED_CHUNKS: Final = 8
+_CACHED_BYTES: Final = 1 << 25
 _ENCODINGS: Final[dict[tuple[str, str], MessageEncoding]] = {
     ("ros2msg", "cdr"): "cdr",
     ("ros1msg", "ros1"): "ros1",
@@ -131,34 +131,37 @@ class McapRecording(Recording):
         if end is not None:
             entries = entries[entries[:, 0] <= end]
         for time, chunk, offset in entries.tolist():
-            channel, data = self._message(chunk, offset)
-            if channel not in by_id:
+            channel, recorded, data = self._message(chunk, offset)
+            if channel not in by_id or recorded != time:
+                # No checksum covers an index of messages.
                 place = self._file.chunks[chunk].offset if chunk != LOOSE else offset
                 raise self._file.error(
-                    f"the index of this chunk is wrong: channel {channel} at {offset}", place
+                    f"the message index is wrong: it says {time} ns for the message at {offset} of this "
+                    f"chunk, which is of channel {channel} and says {recorded} ns",
+                    place,
+                    "the file is damaged; get it again",
                 )
             yield RawMessage(by_id[channel], time, data)
 
-    def _message(self, chunk: int, offset: int) -> tuple[int, memoryview]:
+    def _message(self, chunk: int, offset: int) -> tuple[int, int, memoryview]:
         records = self._file.data if chunk == LOOSE else self._chunk(chunk)
         start = offset + RECORD_HEADER.size
         place = offset if chunk == LOOSE else self._file.chunks[chunk].offset
-        try:
-            op, length = RECORD_HEADER.unpack_from(records, offset)
-            channel, _, _, _ = MESSAGE_HEADER.unpack_from(records, start)
-        except struct.error as error:
-            raise self._file.error(
-                f"the index names a message at {offset}, outside of the chunk", place
-            ) from error
+        if not 0 <= offset <= len(records) - RECORD_HEADER.size - MESSAGE_HEADER.size:
+            raise self._file.error(f"the index names a message at {offset}, outside of the chunk", place)
+        op, length = RECORD_HEADER.unpack_from(records, offset)
+        channel, _, time, _ = MESSAGE_HEADER.unpack_from(records, start)
         if op != Op.MESSAGE or length < MESSAGE_HEADER.size or start + length > len(records):
             raise self._file.error(f"the index names a message at {offset} where there is none", place)
-        return channel, records[start + MESSAGE_HEADER.size : start + length]
+        return channel, time, records[start + MESSAGE_HEADER.size : start + length]
 
     def _chunk(self, number: int) -> memoryview:
         records = self._chunks.get(number)
         if records is None:
             records = self._chunks[number] = self._file.chunk(number)
-            if len(self._chunks) > _CACHED_CHUNKS:
+            while len(self._chunks) > 1 and (
+                len(self._chunks) > _CACHED_CHUNKS or sum(map(len, self._chunks.values())) > _CACHED_BYTES
+            ):
                 self._chunks.popitem(last=False)
         else:
             self._chunks.move_to_end(number)

@@ -34,6 +34,8 @@ _CDR_HEADER: Final = b"\x00\x01\x00\x00"
 """Plain CDR, little endian, no options."""
 _CDR_BIG_ENDIAN: Final = 0
 _CDR_LITTLE_ENDIAN: Final = 1
+_MAX_PASSES: Final = 64
+"""Layouts of messages of one length that are looked for; further messages are read one by one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +88,7 @@ class MessageType:
     def __init__(self, definition: str, name: str, encoding: MessageEncoding) -> None:
         self.name = name
         self.encoding: MessageEncoding = encoding
-        self.definitions: Definitions = parse_definitions(definition, name)
+        self.definitions: Definitions = parse_definitions(definition, name, ros2=encoding == "cdr")
 
     def decode(self, data: memoryview) -> Message:
         """Read a message.
@@ -98,18 +100,27 @@ class MessageType:
         return _Reader(data, self).message(self.name, "")
 
     def columns(self, messages: Sequence[memoryview]) -> list[Columns]:
-        """Read many messages at once; one result for each layout that occurs."""
+        """Read many messages at once; one result for each layout that occurs.
+
+        Raises:
+            InputError: A message does not fit the definition; with the offset.
+
+        """
         waiting: dict[int, list[int]] = {}
         for number, data in enumerate(messages):
             waiting.setdefault(len(data), []).append(number)
         result = []
         for length, numbers in waiting.items():
-            table = np.frombuffer(b"".join([messages[n] for n in numbers]), np.uint8).reshape(-1, length)
-            rows = np.array(numbers, np.intp)
-            while len(rows):
-                columns, same = self._columns_like_first(table, rows)
-                result.append(columns)
-                table, rows = table[~same], rows[~same]
+            joined = np.frombuffer(b"".join([messages[n] for n in numbers]), np.uint8)
+            table, rows = joined.reshape(len(numbers), length), np.array(numbers, np.intp)
+            for _ in range(_MAX_PASSES):
+                if len(rows):
+                    columns, same = self._columns_like_first(table, rows)
+                    result.append(columns)
+                    table, rows = table[~same], rows[~same]
+            result += [
+                self._columns_like_first(table[n : n + 1], rows[n : n + 1])[0] for n in range(len(rows))
+            ]
         return result
 
     def _columns_like_first(

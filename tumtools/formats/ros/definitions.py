@@ -42,6 +42,11 @@ TIME_TYPES: Final = {"time": ("uint32 sec", "uint32 nanosec"), "duration": ("int
 _SEPARATOR = re.compile(r"^={20,}\s*$", re.MULTILINE)
 _FIELD = re.compile(r"([A-Za-z][\w/]*)(?:<=\d+)?(\[(?:<=)?\d*\])?\s+([A-Za-z]\w*)\s*(=)?")
 _MAX_FIXED: Final = 1 << 20
+_MAX_DEPTH: Final = 32
+_MAX_VALUES: Final = 1 << 20
+"""Values in one message, arrays of unknown length not counted; real messages have hundreds."""
+_FILLER: Final = "structure_needs_at_least_one_member"
+"""The byte that ROS 2 puts into messages without fields."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +85,17 @@ def full_name(name: str, package: str = "") -> str:
     return f"{parts[0]}/msg/{parts[-1]}"
 
 
-def parse_definitions(text: str, root: str) -> Definitions:
+def parse_definitions(text: str, root: str, *, ros2: bool = False) -> Definitions:
     """Parse an embedded definition with its dependencies.
 
     Args:
         text: As `gendeps --cat` prints it.
         root: Type that the text begins with, `package/msg/Type`.
+        ros2: Messages without fields have one byte, as ROS 2 serialises them.
 
     Raises:
-        InputError: A line is no field, or the definition of a type is missing.
+        InputError: A line is no field, the definition of a type is missing, a message contains itself, or
+            is larger than any message is.
 
     """
     definitions: Definitions = {}
@@ -97,7 +104,7 @@ def parse_definitions(text: str, root: str) -> Definitions:
         if number:
             first, _, body = block.lstrip("\n").partition("\n")
             name = full_name(first.removeprefix("MSG:").strip())
-        definitions[name] = tuple(_parse_fields(body, name))
+        definitions[name] = tuple(_parse_fields(body, name)) or ((Field(_FILLER, "uint8"),) if ros2 else ())
     for fields in list(definitions.values()):
         for field in fields:
             if field.type in TIME_TYPES:
@@ -106,7 +113,7 @@ def parse_definitions(text: str, root: str) -> Definitions:
         for field in fields:
             if field.type not in PRIMITIVES and field.type != "string" and field.type not in definitions:
                 raise InputError(f"the definition of {name} uses {field.type}, which is not defined with it")
-    _check_finite(definitions, root, ())
+    _measure(definitions, root, (), {})
     return definitions
 
 
@@ -135,13 +142,39 @@ def _parse_fields(body: str, name: str) -> list[Field]:
     return fields
 
 
-def _check_finite(definitions: Definitions, name: str, within: tuple[str, ...]) -> None:
-    """Refuse definitions that contain themselves."""
+@dataclass(frozen=True, slots=True)
+class _Size:
+    """What a message has at least, each array of unknown length taken for empty."""
+
+    values: int
+    nbytes: int
+
+
+def _measure(definitions: Definitions, name: str, within: tuple[str, ...], known: dict[str, _Size]) -> _Size:
+    """Refuse definitions that could keep a reader busy without end: their text may be anybody's."""
+    if name in known:
+        return known[name]
     if name in within:
         raise InputError(f"the definition of {name} contains itself")
+    if len(within) >= _MAX_DEPTH:
+        raise InputError(f"the definition of {within[0]} is nested more than {_MAX_DEPTH} deep")
+    values, nbytes = 1, 0
     for field in definitions[name]:
         if field.type in definitions:
-            _check_finite(definitions, field.type, (*within, name))
+            one = _measure(definitions, field.type, (*within, name), known)
+        else:
+            one = _Size(1, PRIMITIVES[field.type].itemsize if field.type in PRIMITIVES else 4)
+        if field.count is not None and not one.nbytes:
+            raise InputError(f"the definition of {name} has an array of messages without fields")
+        if field.count == 0:
+            one = _Size(1, 4)
+        times = field.count or 1
+        values += one.values * (1 if field.type in PRIMITIVES else times)
+        nbytes += one.nbytes * times
+    if values > _MAX_VALUES:
+        raise InputError(f"the definition of {name} has more than {_MAX_VALUES} values")
+    known[name] = _Size(values, nbytes)
+    return known[name]
 
 
 def md5_sum(name: str, definitions: dict[str, str]) -> str:

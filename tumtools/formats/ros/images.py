@@ -43,11 +43,11 @@ def image_of_message(kind: str, message: Message, stream: str, png_units_per_met
         UnsupportedInputError: An encoding that is not known.
 
     """
-    data = message["data"]
-    if not isinstance(data, np.ndarray):
-        raise InputError("an image message without data")
+    data = message.get("data")
+    if not isinstance(data, np.ndarray) or data.dtype.itemsize != 1:
+        raise InputError("an image message whose definition has no bytes named data")
     if kind == COMPRESSED_IMAGE:
-        return _compressed(data.data, str(message["format"]), stream, png_units_per_metre)
+        return _compressed(data.data, str(message.get("format", "")), stream, png_units_per_metre)
     return _raw(message, data, stream)
 
 
@@ -64,7 +64,7 @@ def _compressed(data: memoryview, text: str, stream: str, png_units_per_metre: f
 
 def _raw(message: Message, data: npt.NDArray[np.generic], stream: str) -> Image:
     height, width, step = (_integer(message, name) for name in ("height", "width", "step"))
-    name = str(message["encoding"])
+    name = str(message.get("encoding", ""))
     units = None
     if stream == "depth":
         if name not in _DEPTH:
@@ -85,7 +85,7 @@ def _raw(message: Message, data: npt.NDArray[np.generic], stream: str) -> Image:
         # The last row may lack its padding.
         data = np.concatenate([data, np.zeros(step * height - data.nbytes, np.uint8)])
     rows = data[: step * height].reshape(height, step)[:, :row]
-    order: Literal["<", ">"] = ">" if message["is_bigendian"] else "<"
+    order: Literal["<", ">"] = ">" if _integer(message, "is_bigendian") else "<"
     pixels = np.ascontiguousarray(rows).view(encoding.dtype.newbyteorder(order))
     if order == ">":
         pixels = pixels.astype(encoding.dtype)
@@ -94,5 +94,7 @@ def _raw(message: Message, data: npt.NDArray[np.generic], stream: str) -> Image:
 
 
 def _integer(message: Message, name: str) -> int:
-    value = message[name]
-    return value if isinstance(value, int) else 0
+    value = message.get(name)
+    if not isinstance(value, int):
+        raise InputError(f"an image message whose definition has no number named {name}")
+    return value

@@ -71,7 +71,7 @@ def transforms(kind: MessageType, data: Sequence[memoryview], parent: str, child
     for part in kind.columns(data):
         for path in (path for path in part.texts if path.endswith(".child_frame_id")):
             prefix = path.removesuffix(".child_frame_id")
-            if part.texts[path] != child or part.texts[f"{prefix}.header.frame_id"] != parent:
+            if part.texts[path] != child or part.texts.get(f"{prefix}.header.frame_id") != parent:
                 continue
             numbers.append(part.rows)
             stamps.append(stamps_of(part, f"{prefix}.header"))
@@ -118,12 +118,15 @@ def camera_info(message: Message) -> CameraInfo:
             raise InputError(f"a calibration without {name}")
         return tuple(value.tolist())
 
+    width, height = message.get("width"), message.get("height")
+    if not isinstance(width, int) or not isinstance(height, int):
+        raise InputError("a calibration without width and height")
     return CameraInfo(
-        width=int(str(message["width"])),
-        height=int(str(message["height"])),
+        width=width,
+        height=height,
         k=numbers("k"),
         d=numbers("d"),
         r=numbers("r"),
         p=numbers("p"),
-        distortion_model=str(message["distortion_model"]),
+        distortion_model=str(message.get("distortion_model", "")),
     )

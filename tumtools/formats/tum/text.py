@@ -191,7 +191,7 @@ def _parse_lines(data: bytes, stream: str) -> Table:
         stripped = line.strip().removeprefix(_BOM).lstrip()
         if stripped and not stripped.startswith("#"):
             try:
-                stamp, numbers_of_row, name = _parse_row(stripped, stream)
+                stamp, numbers_of_row, name = parse_row(stripped, stream)
             except ValueError as error:
                 problems.append(_problem(number, stripped, stream, str(error), not stamps))
             else:
@@ -234,7 +234,13 @@ def _table_without_rows(text: str, stream: str, problems: tuple[Problem, ...]) -
     return Table(none, np.empty((0, width)), (), none, layout, problems)
 
 
-def _parse_row(text: str, stream: str) -> tuple[int, list[float], list[str]]:
+def parse_row(text: str, stream: str) -> tuple[int, list[float], list[str]]:
+    """Read one row: stamp, values, and the file name of an image list.
+
+    Raises:
+        ValueError: It is no row of such a file.
+
+    """
     fields = [field for field in _SEPARATORS.split(text) if field]
     width = VALUES_PER_ROW.get(stream)
     if width is None:

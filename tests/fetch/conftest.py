@@ -70,16 +70,16 @@ class Place:
     def notes(self) -> str:
         return "\n".join(event.message for event in self.events if event.stage in ("note", "waiting"))
 
-    def serve(self, body: bytes = ARCHIVE, path: str = "/f/mini.tgz", **how: Any) -> Served:  # noqa: ANN401 - fields of Served
+    def serve(self, body: bytes = ARCHIVE, path: str = "/f/mini.tgz", **how: Any) -> Served:
         served = Served(body, **how)
         self.server.files[path] = served
         return served
 
-    def entry(self, *paths: str, kind: str = "tgz", **facts: Any) -> Entry:  # noqa: ANN401 - fields of RemoteFile
+    def entry(self, *paths: str, kind: str = "tgz", **facts: Any) -> Entry:
         urls = tuple(p if "://" in p else self.server.url(p) for p in paths or (f"/f/mini.{kind}",))
         return Entry("rgbd_dataset_mini", "mini/one", files={kind: RemoteFile(urls, **facts)})
 
-    def fetch(self, entry: Entry | None = None, **options: Any) -> Fetched:  # noqa: ANN401 - fields of FetchOptions
+    def fetch(self, entry: Entry | None = None, **options: Any) -> Fetched:
         options = {"patience": QUICK, **options}
         return fetch(entry or self.entry(), FetchOptions(**options), self.events.append)
 

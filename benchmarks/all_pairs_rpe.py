@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """All-pairs RPE (equation 3, translation): FFT against vectorised brute force, and its growth with n.
 
-Run from the checkout: `python benchmarks/all_pairs_rpe.py`. Times are the best of several runs in one
+With tumtools installed: `python benchmarks/all_pairs_rpe.py`. Times are the best of several runs in one
 process; what counts are the ratios.
 """
 

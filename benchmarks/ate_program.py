@@ -3,7 +3,8 @@
 """ATE as a program, start-up included: `tumtools evaluate ate` against `evo_ape`, alternating.
 
 The trajectories have the size of fr2/xyz: 36 820 rows of ground truth, 3 600 frames. evo is found on
-the PATH or in the folder that TUMTOOLS_EVO names. Run from the checkout: `python benchmarks/ate_program.py`.
+the PATH or in the folder that TUMTOOLS_EVO names.
+With tumtools installed: `python benchmarks/ate_program.py`.
 """
 
 from __future__ import annotations

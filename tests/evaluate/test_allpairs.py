@@ -92,10 +92,13 @@ def test_a_perfect_estimate_has_no_error() -> None:
 def test_only_doubtful_distances_are_summed_directly(monkeypatch: pytest.MonkeyPatch) -> None:
     """An outlier drowns the digits of the distances that it does not take part in, and only of those."""
     summed: list[int] = []
-    real = allpairs._direct
-    monkeypatch.setattr(
-        allpairs, "_direct", lambda *arguments: summed.append(arguments[-1]) or real(*arguments)
-    )
+    direct = allpairs._Differences.direct
+
+    def counted(self: allpairs._Differences, distance: int) -> float:
+        summed.append(distance)
+        return direct(self, distance)
+
+    monkeypatch.setattr(allpairs._Differences, "direct", counted)
     translational_rmse(walk(301), drifted(walk(301)))
     assert summed == []
     translational_rmse(walk(301), with_outlier(drifted(walk(301))))

@@ -19,11 +19,13 @@ small d_i = q_i - p_i and small N_i = M_i - 1, and
 
     trans E = (d_j - d_i) - N_i (p_j - p_i) = d_j - N_i p_j - u_i,    u_i = d_i - N_i p_i.
 
-    |trans E|^2 = |d_j|^2 + |u_i|^2 - 2 u_i.d_j + 2 N_i^T u_i.p_j
-                  - 2 sum_km (N_i)_km (d_j)_k (p_j)_m + sum_km (N_i^T N_i)_km (p_j)_k (p_j)_m
+With the unit quaternion (v, w) of M, N = 2 w [v]x - G / 2 where G = N^T N = 4 (|v|^2 1 - v v^T). So
+
+    |trans E|^2 = |d_j|^2 + |u_i|^2 - 2 u_i.d_j + 2 (N_i^T u_i).p_j
+                  - 4 w_i v_i.(p_j x d_j) + sum_km (G_i)_km (q_j)_k (p_j)_m
 
 Each term is a product of something of i and something of j, so that its sum over i for every D is a
-cross-correlation: 21 products of FFTs, added before one inverse FFT, and two prefix sums. That all
+cross-correlation: 15 products of FFTs, added before one inverse FFT, and two prefix sums. That all
 terms are as small as the errors is what keeps the digits: the plain expansion in p and q loses them
 when the path is long and the errors are small.
 
@@ -42,7 +44,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.evaluate.associate import MAX_DIFFERENCE, Method
-from tumtools.evaluate.geometry import conjugate, matrices, multiply, nearest_rotation, normalised
+from tumtools.evaluate.geometry import conjugate, matrices, multiply, normalised
 from tumtools.evaluate.matching import match
 from tumtools.evaluate.trajectories import clean, matched_note, scaled
 
@@ -61,7 +63,62 @@ _ABSOLUTE: Final = 1e-10
 _BLOCK: Final = 64
 """Rows of the rotational part that are worked on at once."""
 
-_SYMMETRIC: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Differences:
+    """What is between an estimate and the ground truth once it is put onto it; columns are poses.
+
+    Attributes:
+        d: q - p, shape [3, n].
+        p: Centred positions of the estimate, shape [3, n].
+        v: Vector part of the quaternion of M, shape [3, n].
+        w: Its real part, shape [n].
+
+    """
+
+    d: Array
+    p: Array
+    v: Array
+    w: Array
+
+    @classmethod
+    def of(cls, groundtruth: Trajectory, estimate: Trajectory) -> _Differences:
+        """Put the estimate onto the ground truth, by the mean of M and the mean of the positions."""
+        relative = _relative(groundtruth, estimate)
+        # The mean rotation: largest eigenvector of the sum of s s^T (Markley et al., "Averaging
+        # quaternions", 2007), which does not mind that s and -s are the same rotation.
+        common = np.linalg.eigh(relative.T @ relative)[1][:, -1]
+        q = groundtruth.positions - groundtruth.positions.mean(axis=0)
+        p = (estimate.positions - estimate.positions.mean(axis=0)) @ matrices(common[None])[0].T
+        left = np.ascontiguousarray(multiply(relative, conjugate(common)[None]).T)
+        return cls(np.ascontiguousarray((q - p).T), np.ascontiguousarray(p.T), left[:3], left[3])
+
+    def turned(self, rows: slice, vectors: Array, sign: float = 1.0) -> Array:
+        """Return N x of some poses, or N^T x with sign -1; vectors [3, k]."""
+        twice = 2.0 * _cross(self.v[:, rows], vectors)
+        return sign * self.w[rows] * twice + _cross(self.v[:, rows], twice)
+
+    def terms(self, own: Array) -> Iterator[tuple[Array, Array]]:
+        """Yield the factors in i and in j of all mixed terms; `own` is u."""
+        back = self.turned(slice(None), own, -1.0)
+        sine = self.w * self.v
+        swept = _cross(self.p, self.d)
+        for k in range(3):
+            yield -2.0 * own[k], self.d[k]
+            yield 2.0 * back[k], self.p[k]
+            yield -4.0 * sine[k], swept[k]
+        q, p, v = self.d + self.p, self.p, self.v
+        for k, m in ((0, 1), (1, 2), (2, 0)):
+            other = 3 - k - m
+            yield 4.0 * (v[k] * v[k] + v[m] * v[m]), q[other] * p[other]
+            yield -4.0 * v[k] * v[m], q[k] * p[m] + q[m] * p[k]
+
+    def direct(self, distance: int) -> float:
+        """Sum up |trans E_i(D)|^2 over i for one D."""
+        near, far = slice(None, -distance), slice(distance, None)
+        error = self.d[:, far] - self.d[:, near]
+        error -= self.turned(near, self.p[:, far] - self.p[:, near])
+        return float(np.sum(error * error))
 
 
 def translational_rmse(groundtruth: Trajectory, estimate: Trajectory) -> Array:
@@ -75,59 +132,37 @@ def translational_rmse(groundtruth: Trajectory, estimate: Trajectory) -> Array:
         RMSE(D) in metres for D = 1 .. n-1, shape [n - 1].
 
     """
-    d, turn, p = _differences(groundtruth, estimate)
-    n = len(p)
-    own = d - np.einsum("nij,nj->ni", turn, p)
+    between = _Differences.of(groundtruth, estimate)
+    n = between.d.shape[1]
+    own = between.d - between.turned(slice(None), between.p)
     size = _fft_size(2 * n - 1)
     spectrum = np.zeros(size // 2 + 1, np.complex128)
     scale = 0.0
-    for one, other in _terms(own, d, turn, p):
+    for one, other in between.terms(own):
         spectrum += np.conj(np.fft.rfft(one, size)) * np.fft.rfft(other, size)
         scale += float(np.linalg.norm(one) * np.linalg.norm(other))
     sums = np.fft.irfft(spectrum, size)[:n]
     # The terms of one pose alone: |u_i|^2 over all i that have a partner, |d_j|^2 over the partners.
-    sums += np.cumsum(np.sum(own * own, axis=1))[::-1] + np.cumsum(np.sum(d * d, axis=1)[::-1])[::-1]
+    sums += np.cumsum(np.sum(own * own, axis=0))[::-1]
+    sums += np.cumsum(np.sum(between.d * between.d, axis=0)[::-1])[::-1]
     sums = sums[1:]
     counts = np.arange(n - 1, 0, -1)
     error = np.finfo(np.float64).eps * np.log2(size) * scale
     doubtful = (sums * _RELATIVE < error) & (error > _ABSOLUTE**2 * counts)
     for distance in np.flatnonzero(doubtful) + 1:
-        sums[distance - 1] = _direct(d, turn, p, int(distance))
+        sums[distance - 1] = between.direct(int(distance))
     result: Array = np.sqrt(np.maximum(sums, 0.0) / counts)
     return result
 
 
-def _differences(groundtruth: Trajectory, estimate: Trajectory) -> tuple[Array, Array, Array]:
-    """Put the estimate onto the ground truth; return d [n, 3], N [n, 3, 3] and centred p [n, 3]."""
-    rotations_q = matrices(normalised(groundtruth.quaternions))
-    rotations_p = matrices(normalised(estimate.quaternions))
-    relative = rotations_q @ np.swapaxes(rotations_p, 1, 2)
-    common = nearest_rotation(relative.mean(axis=0))
-    q = groundtruth.positions - groundtruth.positions.mean(axis=0)
-    p = (estimate.positions - estimate.positions.mean(axis=0)) @ common.T
-    return q - p, relative @ common.T - np.eye(3), p
+def _relative(groundtruth: Trajectory, estimate: Trajectory) -> Array:
+    """Return the unit quaternions of M_i = R_Qi R_Pi^T, shape [n, 4]."""
+    return multiply(normalised(groundtruth.quaternions), conjugate(normalised(estimate.quaternions)))
 
 
-def _terms(own: Array, d: Array, turn: Array, p: Array) -> Iterator[tuple[Array, Array]]:
-    """Yield the factors in i and in j of all mixed terms of |d_j - N_i p_j - u_i|^2."""
-    back = np.einsum("nji,nj->ni", turn, own)
-    square = np.einsum("nki,nkj->nij", turn, turn)
-    for k in range(3):
-        yield -2.0 * own[:, k], d[:, k]
-        yield 2.0 * back[:, k], p[:, k]
-        for m in range(3):
-            yield -2.0 * turn[:, k, m], d[:, k] * p[:, m]
-    for k, m in _SYMMETRIC:
-        # The products off the diagonal come twice.
-        yield square[:, k, m] * (1.0 if k == m else 2.0), p[:, k] * p[:, m]
-
-
-def _direct(d: Array, turn: Array, p: Array, distance: int) -> float:
-    """Sum up |trans E_i(D)|^2 over i for one D."""
-    error = (d[distance:] - d[:-distance]) - np.einsum(
-        "nij,nj->ni", turn[:-distance], p[distance:] - p[:-distance]
-    )
-    return float(np.sum(error * error))
+def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products of columns, shape [3, n]."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _fft_size(at_least: int) -> int:
@@ -159,7 +194,7 @@ def rotational_rmse(groundtruth: Trajectory, estimate: Trajectory) -> Array:
         RMSE(D) in radians for D = 1 .. n-1, shape [n - 1].
 
     """
-    turns = multiply(normalised(groundtruth.quaternions), conjugate(normalised(estimate.quaternions)))
+    turns = _relative(groundtruth, estimate)
     n = len(turns)
     sums = np.zeros(n)
     for start in range(0, n, _BLOCK):

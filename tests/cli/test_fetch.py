@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
 import tarfile
+import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -13,6 +16,8 @@ import pytest
 from tests.fetch.conftest import ARCHIVE, Place, place, server, sha256
 from tumtools.catalogue import packaged_catalogue
 from tumtools.cli.main import run
+from tumtools.cli.progress import fetch_progress
+from tumtools.fetch import Event, fetch_all
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -83,6 +88,43 @@ def test_fetch_as_json(cli: Cli) -> None:
     assert (one["status"], one["sha256"], one["downloaded"]) == ("fetched", sha256(ARCHIVE), len(ARCHIVE))
     assert (gone["status"], gone["exit_code"]) == ("failed", 5)
     assert cli.json("fetch", "mini/one")["sequences"][0]["status"] == "present"
+
+
+def test_what_was_unpacked_is_validated_quickly(cli: Cli) -> None:
+    (one,) = cli.json("fetch", "mini/one")["sequences"]
+    assert one["validation"]["error"] > 0  # its image is noise
+    assert "mini/one: quick validation found" in cli.err
+    assert "`tumtools validate cache/mini_one` shows them" in cli.err
+    assert cli.json("fetch", "mini/one")["sequences"][0]["validation"] is None
+
+
+def test_a_crash_in_a_thread_is_not_lost(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    def crash(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("tumtools.fetch.parallel.fetch", crash)
+    with pytest.raises(ZeroDivisionError):
+        fetch_all([place.entry()])
+
+
+def test_progress_is_a_line_for_each_download(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    with fetch_progress() as report:
+        for done in range(0, 3_000_000, 100_000):
+            for name, total in (("mini/one", 3_000_000), ("mini/two", None)):
+                report(Event(name, "downloading", done, total))
+            time.sleep(0.01)
+        report(Event("mini/one", "note", message="the connection broke"))
+        report(Event("mini/one", "done"))
+    shown = terminal.getvalue()
+    assert re.search(r"mini/one: +\d+%.*M/3\.00M \[.*<.*B/s\]", shown)
+    assert re.search(r"mini/two: .*MB \[.*B/s\]", shown)
+    assert "mini/one: the connection broke" in shown
 
 
 def test_an_unknown_name_downloads_nothing(cli: Cli) -> None:
@@ -199,7 +241,8 @@ def test_the_whole_way_of_a_real_sequence(cli: Cli, real_sequence: Path) -> None
             }
         )
     )
-    assert cli("fetch", "mini/rpy", "--catalogue", str(mine)) == 0
+    fetched = cli.json("fetch", "mini/rpy", "--catalogue", str(mine))["sequences"][0]
+    assert fetched["validation"]["error"] == 0
     ours = cli.place.cache / "mini_rpy"
     there = {p.relative_to(real_sequence): p.read_bytes() for p in real_sequence.rglob("*") if p.is_file()}
     assert {p.relative_to(ours): p.read_bytes() for p in ours.rglob("*") if p.is_file()} == there

@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 import json
+import resource
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -14,6 +16,7 @@ from tumtools.errors import FetchError, InputError, IntegrityError, OutputError
 from tumtools.fetch.lockfile import LockFile, Pin, find_lock
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 OTHER = make_tar(sequence_files(500_000))
@@ -186,3 +189,41 @@ def test_a_recording_is_no_archive(place: Place) -> None:
     place.serve(b"#ROSBAG V1.2\n" + bytes(5000), "/f/mini.bag")
     with pytest.raises(IntegrityError, match="is not a ROS 1 bag"):
         place.fetch(place.entry(kind="bag"), dest=place.folder / "other")
+
+
+def test_a_full_disk_keeps_what_has_come(place: Place) -> None:
+    place.serve()
+    with (
+        file_size_limit(300_000),
+        pytest.raises(OutputError, match="cannot be written: File") as caught,
+    ):
+        place.fetch()
+    assert "what is there is kept" in str(caught.value.hint)
+    assert next(place.cache.glob("*.part")).stat().st_size == 300_000
+    assert place.nothing_in_place()
+    place.fetch()
+    assert place.server.starts == [None, 300_000]
+
+
+def test_a_disk_that_is_full_while_unpacking_keeps_the_download(place: Place) -> None:
+    place.serve(make_tar({**sequence_files(1000), "rgbd_dataset_mini/zeros.bin": bytes(1_000_000)}))
+    with (
+        file_size_limit(300_000),
+        pytest.raises(OutputError, match="cannot be unpacked: File") as caught,
+    ):
+        place.fetch()
+    assert "zeros.bin" in str(caught.value.location)
+    assert place.nothing_in_place()
+    place.fetch()
+    assert len(place.server.requests) == 1
+
+
+@contextmanager
+def file_size_limit(size: int) -> Iterator[None]:
+    """Writing beyond `size` fails, as it does on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)

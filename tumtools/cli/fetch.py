@@ -4,16 +4,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import click
 
 from tumtools.catalogue.entry import SUFFIXES
-from tumtools.cli import options, output
-
-if TYPE_CHECKING:
-    from tumtools.fetch import Outcome
+from tumtools.cli import options
 
 
 @click.command(name="fetch")
@@ -72,6 +66,7 @@ def command(
     time and noted in tumtools.lock.
     """
     from tumtools.catalogue import load_catalogue
+    from tumtools.cli.outcomes import show_outcomes
     from tumtools.cli.progress import fetch_progress
     from tumtools.fetch import FetchOptions, Patience, fetch_all
 
@@ -90,77 +85,5 @@ def command(
     )
     with fetch_progress() as report:
         outcomes = fetch_all(entries, fetch_options, report)
-    _print(outcomes, as_json)
+    show_outcomes(outcomes, as_json=as_json)
     return max((outcome.error.exit_code for outcome in outcomes if outcome.error), default=0)
-
-
-def _print(outcomes: list[Outcome], as_json: bool) -> None:
-    if as_json:
-        output.print_json({"sequences": [_document(outcome) for outcome in outcomes]})
-    for outcome in outcomes:
-        fetched, error = outcome.fetched, outcome.error
-        if error is not None:
-            output.error(str(error))
-        elif fetched is not None:
-            for note in fetched.notes:
-                output.warning(f"{fetched.label}: {note}")
-            if not as_json:
-                click.echo(f"{fetched.label}  {_shown(fetched.path)}  ({_how(outcome)})")
-    if len(outcomes) > 1:
-        output.message(_summary(outcomes))
-
-
-def _summary(outcomes: list[Outcome]) -> str:
-    done = [outcome.fetched for outcome in outcomes if outcome.fetched]
-    new = [fetched for fetched in done if fetched.downloaded]
-    failed = len(outcomes) - len(done)
-    return (
-        f"{len(new)} fetched ({output.size(sum(fetched.downloaded for fetched in new))}), "
-        f"{len(done) - len(new)} were there, {failed} failed"
-    )
-
-
-def _how(outcome: Outcome) -> str:
-    fetched = outcome.fetched
-    if fetched is None:
-        return "failed"
-    trust = {
-        "confirmed": "sha256 as several sources have it",
-        "single": "sha256 as the catalogue has it",
-        "catalogue": "sha256 as your catalogue has it",
-        "lock": "sha256 as the lock file has it",
-        "first use": "sha256 not known before",
-    }[fetched.trust]
-    if not fetched.downloaded:
-        return f"was there; {trust}"
-    rate = output.size(fetched.downloaded / max(fetched.seconds, 1e-9))
-    return f"{output.size(fetched.downloaded)} in {fetched.seconds:.1f} s, {rate}/s; {trust}"
-
-
-def _shown(path: Path) -> str:
-    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
-
-
-def _document(outcome: Outcome) -> dict[str, object]:
-    fetched, error = outcome.fetched, outcome.error
-    document: dict[str, object] = {"name": outcome.entry.name, "short": outcome.entry.label}
-    if fetched is not None:
-        return document | {
-            "status": "fetched" if fetched.downloaded else "present",
-            "path": str(fetched.path),
-            "url": fetched.url,
-            "bytes": fetched.bytes,
-            "sha256": fetched.sha256,
-            "trust": fetched.trust,
-            "downloaded": fetched.downloaded,
-            "seconds": round(fetched.seconds, 3),
-            "notes": list(fetched.notes),
-        }
-    if error is None:
-        return document | {"status": "failed"}
-    return document | {
-        "status": "failed",
-        "error": error.message,
-        "hint": error.hint,
-        "exit_code": error.exit_code,
-    }

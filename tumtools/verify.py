@@ -9,14 +9,14 @@ its format; a frame that is the same PNG file is the same image, and nothing mor
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from isal import isal_zlib
 
-from tumtools.digest import pixel_digest
+from tumtools.digest import canonical_pixels
 from tumtools.errors import InternalError
 from tumtools.formats.tum.text import render
 from tumtools.images.codec import pixels_of
@@ -35,10 +35,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _Fingerprint:
-    """SHA-256 of the PNG file and of the canonical pixels, whichever is known."""
+    """What is remembered of an image.
 
-    png: bytes | None
-    pixels: bytes | None
+    CRC-32 is enough here: it guards against accidents, in bytes that this process has seen itself a moment
+    ago, and it is twenty times faster than SHA-256.
+
+    Attributes:
+        png: Length and CRC-32 of the PNG file.
+        pixels: Size, kind and CRC-32 of the canonical pixels.
+
+    """
+
+    png: tuple[int, int] | None
+    pixels: tuple[str, int] | None
+
+
+def _fingerprint_of_png(data: bytes | memoryview) -> tuple[int, int]:
+    return len(data), isal_zlib.crc32(data)
+
+
+def _fingerprint_of_pixels(image: Image) -> tuple[str, int]:
+    kind, pixels = canonical_pixels(image)
+    crc = isal_zlib.crc32(np.ascontiguousarray(pixels).view(np.uint8).data)
+    return f"{kind} {image.width}x{image.height}", crc
 
 
 class Recorded(Sequence):
@@ -74,8 +93,8 @@ class Recorded(Sequence):
         image = frame.load()
         if frame.stream in self._pixel_streams and image.pixels is None:
             image = replace(image, pixels=pixels_of(image))
-        png = None if image.png is None else hashlib.sha256(image.png).digest()
-        pixels = None if image.pixels is None and png is not None else pixel_digest(image)
+        png = None if image.png is None else _fingerprint_of_png(image.png)
+        pixels = None if image.pixels is None and png is not None else _fingerprint_of_pixels(image)
         # A dict is safe to fill from several threads.
         self.fingerprints[frame.stream, frame.row] = _Fingerprint(png, pixels)
         return image
@@ -118,9 +137,9 @@ def verify(
 def _verify_frame(frame: Frame, image: Image, expected: _Fingerprint | None) -> None:
     if expected is not None:
         png = image.png
-        if png is not None and expected.png is not None and hashlib.sha256(png).digest() == expected.png:
+        if png is not None and expected.png is not None and _fingerprint_of_png(png) == expected.png:
             return
-        if expected.pixels is not None and pixel_digest(image) == expected.pixels:
+        if expected.pixels is not None and _fingerprint_of_pixels(image) == expected.pixels:
             return
     raise _bug(f"the {frame.stream} image at {format_stamp(frame.stamp, 9)} differs from what was written")
 
@@ -152,6 +171,8 @@ def _verify_texts(written: Sequence, result: Sequence, skip: Collection[str]) ->
         if stream in skip:
             continue
         after = result.info.text.get(stream)
+        if after == layout:
+            continue  # the rows are the same already
         stamps, values = _columns(written, stream)
         if after is None or render(layout, stream, stamps, values) != render(after, stream, stamps, values):
             raise _bug(f"the text of {stream} would not come back as it was")

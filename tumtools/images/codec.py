@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import io
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,23 +16,29 @@ from tumtools.images import png
 from tumtools.model.image import ENCODINGS, Image
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
 _SWAPPED = {"bgr8": "rgb8", "bgra8": "rgba8"}
 
 
-def image_of_png(data: bytes | memoryview, depth_units_per_metre: float | None = None) -> Image:
-    """Wrap a PNG file, its chunks checked and nothing decoded.
+def image_of_png(
+    data: bytes | memoryview, depth_units_per_metre: float | None = None, origin: str | None = None
+) -> Image:
+    """Wrap a PNG file. Only its header is read; what is damaged behind it is found when it is used.
 
     Args:
         data: The file.
         depth_units_per_metre: Given for depth.
+        origin: Where it comes from, for messages.
 
     Raises:
-        InputError: The file is damaged, or no depth where depth was expected.
+        InputError: This is no PNG file.
 
     """
-    found = png.check(data)
+    with _named(origin):
+        found = png.peek(data)
     encoding = found.encoding
     if depth_units_per_metre is None and encoding == "16UC1":
         encoding = "mono16"
@@ -48,7 +55,19 @@ def image_of_png(data: bytes | memoryview, depth_units_per_metre: float | None =
         depth_units_per_metre=depth_units_per_metre,
         compressed=data,
         compression="png",
+        origin=origin,
     )
+
+
+@contextmanager
+def _named(origin: str | None) -> Iterator[None]:
+    """Put the origin of an image into errors that have no place of their own."""
+    try:
+        yield
+    except InputError as error:
+        if error.path or origin is None:
+            raise
+        raise type(error)(error.message, path=origin, location=error.location, hint=error.hint) from error
 
 
 def image_of_pixels(
@@ -73,11 +92,12 @@ def pixels_of(image: Image) -> npt.NDArray[np.generic]:
     """
     if image.pixels is not None:
         return image.pixels
-    if image.compressed is None:
-        raise InputError("an image with neither pixels nor a file")
-    if image.compression == "png":
-        return png.decode(image.compressed)
-    return _decode_jpeg(image)
+    with _named(image.origin):
+        if image.compressed is None:
+            raise InputError("an image with neither pixels nor a file")
+        if image.compression == "png":
+            return png.decode(image.compressed)
+        return _decode_jpeg(image)
 
 
 def _decode_jpeg(image: Image) -> npt.NDArray[np.generic]:
@@ -113,7 +133,7 @@ def canonical(pixels: npt.NDArray[np.generic], encoding: str) -> tuple[npt.NDArr
 
 
 def png_of(image: Image) -> bytes | memoryview:
-    """Return the image as a PNG file: the one it came with, or its pixels encoded.
+    """Return the image as a PNG file: the one it came with, its chunks checked, or its pixels encoded.
 
     Raises:
         InputError: The compressed image is damaged.
@@ -121,6 +141,8 @@ def png_of(image: Image) -> bytes | memoryview:
 
     """
     if image.png is not None:
+        with _named(image.origin):
+            png.check(image.png)
         return image.png
     pixels, encoding = canonical(pixels_of(image), image.encoding)
     if ENCODINGS[encoding].dtype.kind == "f":

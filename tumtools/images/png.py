@@ -35,6 +35,8 @@ _BIT_DEPTHS: Final = {_GREY: {1, 2, 4, 8, 16}, _PALETTE: {1, 2, 4, 8}}
 _COLOUR_TYPE: Final = {1: _GREY, 3: _RGB, 4: _RGBA}
 _NONE, _SUB, _UP = 0, 1, 2
 _CHUNK_OVERHEAD: Final = 12
+_CHUNK_HEAD: Final = struct.Struct(">I4s")
+"""Length and kind."""
 _MAX_DEFLATE_RATIO: Final = 1040
 """Deflate makes at most 1032 bytes of one; a header that promises more lies."""
 _MAX_RAW_BYTES: Final = 1 << 29
@@ -106,6 +108,25 @@ def header(data: bytes | memoryview) -> PngHeader:
     return PngHeader(width, height, bit_depth, colour_type, bool(interlace))
 
 
+def peek(data: bytes | memoryview) -> PngHeader:
+    """Read the header and look for transparency, up to the first image data; no CRC is checked.
+
+    Raises:
+        InputError: These are not the first bytes of a PNG file.
+
+    """
+    found = header(data)
+    position = HEADER_SIZE
+    while position + _CHUNK_HEAD.size <= len(data):
+        length, kind = _CHUNK_HEAD.unpack_from(data, position)
+        if kind == b"tRNS":
+            return replace(found, transparent=True)
+        if kind == b"IDAT":
+            break
+        position += _CHUNK_OVERHEAD + length
+    return found
+
+
 def check(data: bytes | memoryview) -> PngHeader:
     """Check all chunks and their CRCs, without decoding.
 
@@ -121,27 +142,30 @@ def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
     found = header(data)
     parts: list[memoryview] = []
     kinds = set()
-    position = len(SIGNATURE)
-    while True:
-        if position + _CHUNK_OVERHEAD > len(data):
+    position, end = len(SIGNATURE), len(data)
+    unpack, crc32 = _CHUNK_HEAD.unpack_from, isal_zlib.crc32
+    kind = b""
+    # The published files have about sixty chunks each, so this loop is kept short.
+    while kind != b"IEND":
+        if position + _CHUNK_OVERHEAD > end:
             raise InputError("the PNG file is cut off: no IEND chunk", location=f"offset {position}")
-        (length,) = struct.unpack_from(">I", data, position)
-        kind = bytes(data[position + 4 : position + 8])
-        end = position + _CHUNK_OVERHEAD + length
-        if end > len(data):
+        length, kind = unpack(data, position)
+        body = position + _CHUNK_HEAD.size
+        following = body + length + 4
+        if following > end:
             raise InputError(
-                f"the PNG chunk {kind!r} needs {length} bytes, {len(data) - position - 8} are left",
+                f"the PNG chunk {kind!r} needs {length} bytes, {end - body} are left",
                 location=f"offset {position}",
             )
-        (crc,) = struct.unpack_from(">I", data, end - 4)
-        if isal_zlib.crc32(data[position + 4 : end - 4]) != crc:
+        if crc32(data[position + 4 : following - 4]) != int.from_bytes(
+            data[following - 4 : following], "big"
+        ):
             raise InputError(f"the CRC of the PNG chunk {kind!r} is wrong", location=f"offset {position}")
         if kind == b"IDAT":
-            parts.append(data[position + 8 : end - 4])
-        elif kind == b"IEND":
-            break
-        kinds.add(kind)
-        position = end
+            parts.append(data[body : following - 4])
+        else:
+            kinds.add(kind)
+        position = following
     if found.colour_type == _PALETTE and b"PLTE" not in kinds:
         raise InputError("a PNG file with a palette, but without its PLTE chunk", location="offset 33")
     promised = _raw_size(found)

@@ -64,6 +64,7 @@ class Image:
             `32FC1`); None for everything else.
         compressed: The bytes of the file, exactly as they came, or None.
         compression: What `compressed` is.
+        origin: Where it comes from, for messages: a file, a topic and a time.
         pixels: Shape [height, width] or [height, width, channels], dtype of the encoding, or None.
             At least one of `compressed` and `pixels` is there. Arrays are not written to.
 
@@ -76,6 +77,7 @@ class Image:
     compressed: bytes | memoryview | None = None
     compression: Compression | None = None
     pixels: npt.NDArray[np.generic] | None = None
+    origin: str | None = None
 
     @property
     def png(self) -> bytes | memoryview | None:

@@ -44,12 +44,14 @@ if TYPE_CHECKING:
 CHUNK_BYTES: Final = 1 << 20
 """A chunk is closed before the message that would make it larger, unless it holds nothing else."""
 _ZSTD_LEVEL: Final = 1
+_LARGE: Final = 1 << 14
+"""A buffer of this size is not copied."""
 _MAX_PARTS: Final = 1000
 """Buffers in one call of writev; POSIX allows 1024."""
 _SCHEMA_ENCODINGS: Final[dict[MessageEncoding, str]] = {"cdr": "ros2msg", "ros1": "ros1msg"}
 _PROFILES: Final[dict[MessageEncoding, str]] = {"cdr": "ros2", "ros1": "ros1"}
 
-Buffer = bytes | memoryview
+Buffer = bytes | bytearray | memoryview
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +76,7 @@ class _Chunk:
 
     stored: bool
     parts: list[Buffer] = field(default_factory=list)
+    open: bytearray | None = None
     size: int = 0
     first: int = 0
     last: int = 0
@@ -86,9 +89,17 @@ class _Chunk:
     body_size: int = 0
 
     def add(self, parts: Iterable[Buffer]) -> None:
+        """Add buffers; small ones are joined, large ones are kept as they are."""
         for part in parts:
-            self.parts.append(part)
             self.size += len(part)
+            if len(part) >= _LARGE:
+                self.parts.append(part)
+                self.open = None
+            else:
+                if self.open is None:
+                    self.open = bytearray()
+                    self.parts.append(self.open)
+                self.open += part
 
 
 class _File:

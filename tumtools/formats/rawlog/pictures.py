@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import re
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -100,7 +100,7 @@ class Picture:
         if self.file is not None:
             data = folder.read(self.file)
             try:
-                return _image_of_file(data)
+                return replace(_image_of_file(data), origin=str(folder.locate(self.file)))
             except InputError as error:
                 raise type(error)(
                     error.message, path=folder.locate(self.file), location=error.location

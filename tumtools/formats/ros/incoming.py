@@ -7,6 +7,7 @@ from __future__ import annotations
 import heapq
 import struct
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Final
 
@@ -375,7 +376,9 @@ class RosSequence(Sequence):
     def _load(self, stream: str, message: RawMessage) -> Image:
         with self._named(message.channel, message.log_time):
             decoded: Message = self._type(message.channel).decode(message.data)
-            return image_of_message(message.channel.type, decoded, stream, self._png_units)
+            image = image_of_message(message.channel.type, decoded, stream, self._png_units)
+        origin = f"{self._recording.path}, topic {message.channel.topic}, message at {message.log_time} ns"
+        return replace(image, origin=origin)
 
     def close(self) -> None:
         """Close the recording."""

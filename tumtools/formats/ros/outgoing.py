@@ -8,7 +8,6 @@ At equal stamps the order is: calibration, image (rgb, depth, ir), accelerometer
 from __future__ import annotations
 
 import heapq
-import struct
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -17,16 +16,14 @@ import numpy as np
 from tumtools.errors import OutputError
 from tumtools.formats import metadata
 from tumtools.formats.options import Needs
-from tumtools.formats.ros import messages
+from tumtools.formats.ros import messages, serialise
 from tumtools.formats.ros.layouts import LAYOUTS, TF_TOPIC, Layout
 from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessage
-from tumtools.images.codec import canonical, pixels_of, png_of
-from tumtools.images.depth import to_metres
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
 from tumtools.model.image import ENCODINGS, Image
 from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Frame, Sequence
-from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp, split_stamp
+from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,18 +36,12 @@ _SECONDS_LIMIT: Final[dict[MessageEncoding, int]] = {"cdr": 2**31, "ros1": 2**32
 """First second that does not fit; before 1970 nothing does, since log times are unsigned."""
 _ABSENT: Final = (-1.0,) + (0.0,) * 8
 """Covariance of what is not measured (`sensor_msgs/Imu`)."""
-_COLOUR_ENCODINGS: Final = {
-    "rgb8": {"bgr8": "rgb8", "bgra8": "rgba8"},
-    "bgr8": {"rgb8": "bgr8", "rgba8": "bgra8"},
-}
 
 MILLIMETRES: Final = 1000.0
 """Units per metre of 16UC1 depth (REP 118)."""
 _ZSTD_SHARE: Final = 0.2
 _MESSAGE_OVERHEAD: Final = 420
 """About the size of a small message with its index entry."""
-
-Message = dict[str, object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,96 +250,42 @@ def _frame_id(sequence: Sequence, style: Style, stream: str, frame_id: str | Non
     )
 
 
-def _header(style: Style, stamp: int, frame_id: str, row: int = 0) -> Message:
-    seconds, nanoseconds = split_stamp(stamp)
-    header: Message = {"stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": frame_id}
-    return header | {"seq": row % 2**32} if style.encoding == "ros1" else header
-
-
 def _images(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> Iterator[_Entry]:
-    def serialise(frame: Frame) -> tuple[Frame, bytes, tuple[bytes | memoryview, ...]]:
+    def messages_of(frame: Frame) -> tuple[Frame, bytes, tuple[bytes | memoryview, ...]]:
         image = frame.load()
-        header = _header(
-            style, frame.stamp, _frame_id(sequence, style, frame.stream, frame.frame_id), frame.row
+        camera = _calibration(sequence, style, frame.stream, image)
+        common = (
+            style.encoding,
+            _frame_id(sequence, style, frame.stream, frame.frame_id),
+            frame.stamp,
+            frame.row,
         )
-        info = _camera_info(style, header, _calibration(sequence, style, frame.stream, image))
-        return frame, info, _image_parts(style, header, frame.stream, image)
+        info = serialise.camera_info(*common, camera)
+        if frame.stream not in style.pixel_streams:
+            return frame, info, serialise.compressed_image(*common, image)
+        wanted = style.depth_encoding if frame.stream == "depth" else style.color_encoding
+        return frame, info, serialise.raw_image(*common, image, wanted)
 
-    for frame, info, parts in ordered_map(serialise, sequence.images(), style.options.jobs):
+    for frame, info, parts in ordered_map(messages_of, sequence.images(), style.options.jobs):
         rank = 2 * IMAGE_STREAMS.index(frame.stream)
         yield frame.stamp, rank, OutMessage(numbers[f"{frame.stream} info"], frame.stamp, (info,))
         yield frame.stamp, rank + 1, OutMessage(numbers[frame.stream], frame.stamp, parts, is_image=True)
-
-
-def _camera_info(style: Style, header: Message, camera: CameraInfo) -> bytes:
-    upper = style.encoding == "ros1"
-    matrices = {"d": camera.d, "k": camera.k, "r": camera.r, "p": camera.p}
-    roi = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}
-    message: Message = {
-        "header": header,
-        "height": camera.height,
-        "width": camera.width,
-        "distortion_model": camera.distortion_model,
-        "binning_x": 0,
-        "binning_y": 0,
-        "roi": roi,
-    }
-    message |= {name.upper() if upper else name: values for name, values in matrices.items()}
-    return messages.message_type(messages.CAMERA_INFO, style.encoding).encode(message)
-
-
-def _image_parts(style: Style, header: Message, stream: str, image: Image) -> tuple[bytes | memoryview, ...]:
-    """Serialise an image; its payload is the last field and stays a buffer of its own."""
-    if stream not in style.pixel_streams:
-        data: bytes | memoryview = png_of(image)
-        wide = ENCODINGS[image.encoding].dtype.itemsize > 1
-        text = "16UC1; png compressed " if wide else "png"
-        message: Message = {"header": header, "format": text, "data": ()}
-        kind = messages.COMPRESSED_IMAGE
-    else:
-        pixels, encoding = _raw_pixels(style, stream, image)
-        step = image.width * ENCODINGS[encoding].bytes_per_pixel
-        data = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8).data
-        message = {
-            "header": header,
-            "height": image.height,
-            "width": image.width,
-            "encoding": encoding,
-            "is_bigendian": 0,
-            "step": step,
-            "data": (),
-        }
-        kind = messages.IMAGE
-    head = messages.message_type(kind, style.encoding).encode(message)
-    return head[:-4] + struct.pack("<I", len(data)), data
-
-
-def _raw_pixels(style: Style, stream: str, image: Image) -> tuple[npt.NDArray[np.generic], str]:
-    pixels = pixels_of(image)
-    if stream == "depth":
-        if style.depth_encoding == "32FC1" and image.encoding != "32FC1":
-            return to_metres(
-                pixels.astype(np.uint16, copy=False), image.depth_units_per_metre or 1.0
-            ), "32FC1"
-        return pixels, image.encoding
-    wanted = _COLOUR_ENCODINGS.get(style.color_encoding, {}).get(image.encoding, image.encoding)
-    if wanted != image.encoding:
-        pixels = canonical(pixels, "bgra8" if pixels.shape[2] == 4 else "bgr8")[0]  # noqa: PLR2004
-    return pixels, wanted
 
 
 def _signals(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> list[Iterator[_Entry]]:
     result = []
     if sequence.accelerometer is not None:
         stamps, values = sequence.accelerometer.stamps, sequence.accelerometer.values
-        template = _imu_template(_header(style, 0, _frame_id(sequence, style, "accelerometer")))
+        template = _imu_template(
+            serialise.header(style.encoding, _frame_id(sequence, style, "accelerometer"))
+        )
         columns = _xyz("linear_acceleration", values)
         result.append(_rows(style, numbers["accelerometer"], 10, messages.IMU, template, stamps, columns))
     if sequence.groundtruth is not None:
         stamps, values = sequence.groundtruth.stamps, sequence.groundtruth.values
         layout = style.layout
         world = style.options.frame_ids.get("groundtruth") or sequence.info.frame_ids.get("groundtruth")
-        header = _header(style, 0, world or layout.world)
+        header = serialise.header(style.encoding, world or layout.world)
         zero = {"x": 0.0, "y": 0.0, "z": 0.0}
         if "tf" in numbers:
             inner = {"translation": zero, "rotation": zero | {"w": 1.0}}
@@ -363,7 +300,7 @@ def _signals(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> li
     return result
 
 
-def _imu_template(header: Message) -> Message:
+def _imu_template(header: serialise.Message) -> serialise.Message:
     zero = {"x": 0.0, "y": 0.0, "z": 0.0}
     return {
         "header": header,
@@ -392,7 +329,7 @@ def _rows(
     channel: int,
     rank: int,
     kind: str,
-    template: Message,
+    template: serialise.Message,
     stamps: npt.NDArray[np.int64],
     columns: dict[str, npt.NDArray[np.generic]],
 ) -> Iterator[_Entry]:

@@ -291,12 +291,7 @@ class TumSequence(Sequence):
 
     def _wrap(self, stream: str, row: int, data: bytes | memoryview) -> Image:
         units = TUM_DEPTH_UNITS_PER_METRE if stream == "depth" else None
-        try:
-            image = image_of_png(data, units)
-        except InputError as error:
-            place = self._storage.place(self.names[stream][row])
-            raise InputError(error.message, path=place, location=error.location, hint=error.hint) from error
-        return image
+        return image_of_png(data, units, self._storage.place(self.names[stream][row]))
 
     def close(self) -> None:
         """Close the archive."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import zlib
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 RECORD: Final = "tumtools"
 """Name of the record, key or topic, wherever there is one."""
 VERSION: Final = "1"
+_CRC: Final = "crc32"
 
 _VALUE_FORMAT = re.compile(r"%(\.\d{1,2}[fe]|r)")
 
@@ -136,7 +138,13 @@ def to_strings(metadata: Metadata) -> dict[str, str]:
             result[one.name] = value.encode("utf-8", "backslashreplace").decode()
         elif value:
             result[one.name] = _to_json(value)
-    return result
+    return result | {_CRC: _crc(result)}
+
+
+def _crc(strings: Mapping[str, str]) -> str:
+    """Return a checksum; not every container has one for what is beside its messages."""
+    lines = "".join(f"{key}={strings[key]}\n" for key in sorted(strings) if key != _CRC)
+    return f"{zlib.crc32(lines.encode('utf-8', 'surrogatepass')):08x}"
 
 
 def _to_json(value: object) -> str:
@@ -155,6 +163,10 @@ def from_strings(strings: Mapping[str, str]) -> Metadata:
         raise InputError(
             f"its tumtools metadata has version {version}, this tumtools reads version {VERSION}",
             hint="update tumtools",
+        )
+    if strings.get(_CRC) != _crc(strings):
+        raise InputError(
+            "the CRC of its tumtools metadata is wrong", hint="the file is damaged; get it again"
         )
     try:
         units = strings.get("depth_units_per_metre")

@@ -116,10 +116,35 @@ class McapFile:
             if not self._read_summary():
                 self._scan()
         except InputError as error:
-            if not salvage:
-                raise self._located(error) from error
-            self.warnings.append(f"{self._located(error)}; what stands before the damage is used")
-            self._scan()
+            self.read_without_index(error)
+
+    def read_without_index(self, error: InputError) -> None:
+        """Find the messages by reading the file from its beginning up to the damage, if that was asked for.
+
+        Raises:
+            InputError: The one given, unless the file is to be salvaged.
+
+        """
+        if not self._salvage:
+            raise self._located(error) from error
+        self.warnings.append(f"{self._located(error)}; what stands before the damage is used")
+        self._scan()
+
+    def check_counts(self, found: Mapping[int, int]) -> None:
+        """Hold the number of messages in the index against the statistics, which have a checksum.
+
+        Raises:
+            InputError: They differ.
+
+        """
+        for channel, count in (self.counts or {}).items():
+            if found.get(channel, 0) != count:
+                raise self.error(
+                    f"the statistics count {count} messages of channel {channel}, its index "
+                    f"{found.get(channel, 0)}",
+                    self._statistics_offset,
+                    "the file is damaged; --salvage reads it without its index",
+                )
 
     def _start_again(self) -> None:
         self.schemas: dict[int, Schema] = {}
@@ -130,6 +155,7 @@ class McapFile:
         self.attachments = 0
         self._metadata_records = 0
         self._side_records = (0, 0)
+        self._statistics_offset = 0
 
     def error(self, message: str, offset: int, hint: str | None = None) -> InputError:
         """Return an error at an offset of this file."""
@@ -219,7 +245,7 @@ class McapFile:
             offset = following
 
     def _take_record(self, op: int, content: memoryview, offset: int) -> None:
-        fields = Fields(content, offset + RECORD_HEADER.size)
+        fields = Fields(content, offset + RECORD_HEADER.size, self.path)
         if op == Op.SCHEMA:
             number = fields.number("H")
             name, encoding = fields.string(), fields.string()
@@ -234,24 +260,28 @@ class McapFile:
         elif op == Op.STATISTICS:
             _, _, _, attachments, records, _, _, _ = fields.unpack(_STATISTICS)
             self._side_records = (attachments, records)
+            self._statistics_offset = offset
             self.counts = fields.number_map()
         elif op == Op.METADATA_INDEX:
             self._metadata_records += 1
             place, _ = fields.number("Q"), fields.number("Q")
-            if fields.string() == RECORD:
-                self._take_metadata(place)
+            if fields.string() == RECORD and not self._take_metadata(place):
+                raise self.error(f"the index names a metadata record {RECORD!r} here", place)
         elif op == Op.METADATA:
             self._take_metadata(offset)
         elif op in {Op.ATTACHMENT, Op.ATTACHMENT_INDEX}:
             self.attachments += 1
 
-    def _take_metadata(self, offset: int) -> None:
+    def _take_metadata(self, offset: int) -> bool:
+        """Keep the metadata if the record is the one of our name."""
         op, content, _ = self.record(offset, len(self.data))
         if op != Op.METADATA:
             raise self.error(f"the index names a metadata record here, there is 0x{op:02x}", offset)
-        fields = Fields(content, offset + RECORD_HEADER.size)
-        if fields.string() == RECORD:
-            self.metadata = fields.string_map()
+        fields = Fields(content, offset + RECORD_HEADER.size, self.path)
+        if fields.string() != RECORD:
+            return False
+        self.metadata = fields.string_map()
+        return True
 
     def _scan_chunk(self, offset: int) -> None:
         number = len(self.chunks)
@@ -302,7 +332,7 @@ class McapFile:
         op, content, _ = self.record(offset, len(self.data))
         if op != Op.CHUNK:
             raise self.error(f"the index names a chunk here, there is a record 0x{op:02x}", offset)
-        fields = Fields(content, offset + RECORD_HEADER.size)
+        fields = Fields(content, offset + RECORD_HEADER.size, self.path)
         _, _, size, crc = fields.unpack(CHUNK_HEADER)
         compression = fields.string()
         packed = fields.take(fields.number("Q"))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from tumtools.errors import InputError
 from tumtools.formats.mcap.file import LOOSE, McapFile
 from tumtools.formats.mcap.records import MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.ros.definitions import full_name
@@ -47,8 +48,8 @@ class McapRecording(Recording):
     def __init__(self, path: Path, *, salvage: bool = False) -> None:
         self._file = McapFile(path, salvage=salvage)
         self.path = self._file.path
-        self._entries: dict[int, npt.NDArray[np.int64]] | None = None
         self._chunks: OrderedDict[int, memoryview] = OrderedDict()
+        self._index = self._read_index()
         self.metadata = self._file.metadata
         self.channels = tuple(self._make_channels())
         if self._file.attachments:
@@ -75,19 +76,25 @@ class McapRecording(Recording):
             latched = "durability: 1" in qos or channel.extra.get("latching") == "1"
             yield Channel(number, channel.topic, full_name(name), encoding, definition, count, latched)
 
-    @property
-    def _index(self) -> dict[int, npt.NDArray[np.int64]]:
-        """Log time, chunk and offset of the messages of each channel, shape [n, 3], in order."""
-        if self._entries is None:
-            found: dict[int, list[npt.NDArray[np.int64]]] = {}
-            for channel, rows in self._file.scanned.items():
-                found.setdefault(channel, []).append(np.array(rows, np.int64))
-            for number, chunk in enumerate(self._file.chunks):
-                if not self._file.scanned:
-                    for channel, entries in self._chunk_index(number, dict(chunk.index)):
-                        found.setdefault(channel, []).append(entries)
-            self._entries = {channel: _sorted(np.concatenate(parts)) for channel, parts in found.items()}
-        return self._entries
+    def _read_index(self) -> dict[int, npt.NDArray[np.int64]]:
+        """Return log time, chunk and offset of the messages of each channel, shape [n, 3], in order."""
+        try:
+            index = self._gather_index()
+            self._file.check_counts({channel: len(entries) for channel, entries in index.items()})
+        except InputError as error:
+            self._file.read_without_index(error)
+            return self._gather_index()
+        return index
+
+    def _gather_index(self) -> dict[int, npt.NDArray[np.int64]]:
+        found: dict[int, list[npt.NDArray[np.int64]]] = {}
+        for channel, rows in self._file.scanned.items():
+            found.setdefault(channel, []).append(np.array(rows, np.int64))
+        for number, chunk in enumerate(self._file.chunks):
+            if not self._file.scanned:
+                for channel, entries in self._chunk_index(number, dict(chunk.index)):
+                    found.setdefault(channel, []).append(entries)
+        return {channel: _sorted(np.concatenate(parts)) for channel, parts in found.items()}
 
     def _chunk_index(
         self, number: int, offsets: dict[int, int]
@@ -96,7 +103,7 @@ class McapRecording(Recording):
             yield from self._index_by_reading(number)
         for channel, offset in offsets.items():
             op, content, _ = self._file.record(offset, len(self._file.data))
-            fields = Fields(content, offset + RECORD_HEADER.size)
+            fields = Fields(content, offset + RECORD_HEADER.size, self.path)
             if op != Op.MESSAGE_INDEX or fields.number("H") != channel:
                 raise self._file.error(f"there is no message index of channel {channel} here", offset)
             pairs = np.frombuffer(fields.index_entries(), "<i8").reshape(-1, 2)

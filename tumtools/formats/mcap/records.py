@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 MAGIC: Final = b"\x89MCAP0\r\n"
 RECORD_HEADER: Final = struct.Struct("<BQ")
 """Opcode and length of what follows."""
-MESSAGE_HEADER: Final = struct.Struct("<HIQQ")
-"""Channel, sequence, log time, publish time."""
+MESSAGE_HEADER: Final = struct.Struct("<HIqq")
+"""Channel, sequence, log time, publish time; times signed, as in arrays, so that all of them fit there."""
 FOOTER: Final = struct.Struct("<QQI")
 """Start of the summary, start of the summary offsets, CRC of the summary."""
 FOOTER_RECORD_SIZE: Final = RECORD_HEADER.size + FOOTER.size
@@ -77,11 +77,13 @@ class Fields:
     Args:
         data: Content of the record.
         offset: Where it is in the file, for messages.
+        path: The file, for messages.
 
     """
 
-    def __init__(self, data: memoryview, offset: int) -> None:
+    def __init__(self, data: memoryview, offset: int, path: str) -> None:
         self._data = data
+        self._path = path
         self._offset = offset
         self._position = 0
 
@@ -96,6 +98,7 @@ class Fields:
         if size > left:
             raise InputError(
                 f"the record ends too early: {size} bytes needed, {left} left",
+                path=self._path,
                 location=f"offset {self._offset + self._position}",
             )
         part = self._data[self._position : self._position + size]
@@ -121,7 +124,7 @@ class Fields:
 
     def string_map(self) -> dict[str, str]:
         """Return a map of texts."""
-        inner = Fields(self.blob(), self._offset + self._position)
+        inner = Fields(self.blob(), self._offset + self._position, self._path)
         result = {}
         while inner.left:
             key = inner.string()
@@ -140,6 +143,7 @@ class Fields:
         if len(part) % size:
             raise InputError(
                 f"{len(part)} bytes are no multiple of {size}",
+                path=self._path,
                 location=f"offset {self._offset + self._position}",
             )
         return part

@@ -87,6 +87,7 @@ class RosSequence(Sequence):
             self.groundtruth = self._decode_groundtruth(signal_messages["groundtruth"])
         streams = [stream for stream in IMAGE_STREAMS if stream in self._channels or stream in places]
         images = {stream: self._image_info(stream) for stream in streams}
+        self._rows = self._file_rows()
         text = self._text_layouts()
         meta_camera = self._meta.camera if self._meta else None
         camera = meta_camera or (None if self._meta else camera_of_name(name))
@@ -286,9 +287,8 @@ class RosSequence(Sequence):
         """Header stamps of the image streams in order of log time."""
         return {stream: stamps for stream, (_, stamps) in self._times.items()}
 
-    @cached_property
-    def _rows(self) -> dict[str, npt.NDArray[np.intp]]:
-        """For each message of an image stream, in order of log time, its row in file order."""
+    def _file_rows(self) -> dict[str, npt.NDArray[np.intp]]:
+        """Return for each message of an image stream, in order of log time, its row in file order."""
         rows = {}
         for stream, stamps in self._log_stamps.items():
             by_stamp = np.argsort(stamps, kind="stable")

@@ -8,7 +8,7 @@ At equal stamps the order is: calibration, image (rgb, depth, ir), accelerometer
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -197,7 +197,10 @@ def outgoing(sequence: Sequence, style: Style) -> Outgoing:
             add("tf", TF_TOPIC, messages.TF_MESSAGE)
         if style.groundtruth in {"pose", "both"}:
             add("groundtruth", topics["groundtruth"], messages.POSE_STAMPED)
-    strings = metadata.to_strings(metadata.gather(sequence, places))
+    kept = metadata.gather(sequence, places)
+    if style.depth_encoding != "png":
+        kept = replace(kept, depth_units_per_metre=None)  # the message says it
+    strings = metadata.to_strings(kept)
     return Outgoing(tuple(channels), strings, tuple(_warnings(sequence, style)), sequence, style, numbers)
 
 

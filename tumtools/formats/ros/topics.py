@@ -69,7 +69,10 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
         if topic:
             channel = by_topic.get(topic)
             if channel is None and stream not in options.topics:
-                continue  # a stream without rows has no messages
+                warnings.append(
+                    f"{recording.path}: its metadata names the topic {topic} for {stream}; there is none"
+                )
+                continue
             chosen[stream] = _asked_for(recording, stream, topic, channel)
         elif not places:
             candidates = _candidates(recording, stream, set(options.topics.values()))

@@ -50,10 +50,10 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     """
     layouts = _layouts(sequence)
     texts = _texts(sequence, layouts)
+    names = {stream: _image_names(sequence, stream, layouts[stream]) for stream in sequence.info.images}
     sink: _Sink = (
         _Archive(target, sequence.info.name) if target.name.endswith(_ARCHIVE_SUFFIXES) else _Folder(target)
     )
-    names = {stream: _image_names(sequence, stream, layouts[stream]) for stream in sequence.info.images}
 
     def encode(frame: Frame) -> tuple[Frame, bytes | memoryview]:
         return frame, png_of(frame.load())
@@ -205,7 +205,8 @@ class _Archive(_Sink):
         self._file = path.open("wb")
         self._gzip = gzip.GzipFile("", "wb", compresslevel=1, fileobj=self._file, mtime=0)
         self._tar = tarfile.TarFile(fileobj=self._gzip, mode="w", format=tarfile.PAX_FORMAT)
-        self._root = name
+        # The name may come from a header line or a recording, which may be anybody's.
+        self._root = name.replace("\\", "/").rpartition("/")[2].replace(":", "_").strip(". ") or "sequence"
         self._folders: set[str] = set()
         self.add_folder("")
 

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Recordings as other people make them, written with the reference library."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from mcap.writer import CompressionType, IndexType, Writer
+
+from tests.memory import START, picture
+from tumtools.formats.ros import messages
+from tumtools.images.codec import pixels_of, png_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tumtools.formats.ros.recording import MessageEncoding
+
+ZERO = {"x": 0.0, "y": 0.0, "z": 0.0}
+ONE = ZERO | {"w": 1.0}
+
+
+@dataclass
+class Foreign:
+    """A file that is written by another library.
+
+    Attributes:
+        path: The file.
+        encoding: Of the messages.
+        writer: Arguments of the library's writer.
+
+    """
+
+    path: Path
+    encoding: MessageEncoding = "cdr"
+    writer: dict[str, Any] = field(default_factory=dict)
+
+    def __enter__(self) -> Self:
+        self._file = self.path.open("wb")
+        self.library = Writer(self._file, **self.writer)
+        self.library.start("ros1" if self.encoding == "ros1" else "ros2", "somebody")
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.library.finish()
+        self._file.close()
+
+    def channel(self, topic: str, kind: str, definition: str | None = None) -> int:
+        if kind not in self._schemas:
+            name = messages.ros1_name(kind) if self.encoding == "ros1" else kind
+            text = definition or messages.definition(kind, self.encoding)
+            schema = "ros1msg" if self.encoding == "ros1" else "ros2msg"
+            self._schemas[kind] = self.library.register_schema(name, schema, text.encode())
+        if topic not in self._channels:
+            self._channels[topic] = self.library.register_channel(topic, self.encoding, self._schemas[kind])
+        return self._channels[topic]
+
+    def write(
+        self,
+        topic: str,
+        kind: str,
+        stamp: int,
+        *,
+        late: int = 0,
+        definition: str | None = None,
+        **values: Any,
+    ) -> None:
+        """Write a message that was received `late` nanoseconds after its header's stamp."""
+        codec = MessageType(definition or messages.definition(kind, self.encoding), kind, self.encoding)
+        if "transforms" not in values:
+            values["header"] = self.header(stamp, str(values.pop("frame_id", "somewhere")))
+        number = self.channel(topic, kind)
+        self.library.add_message(number, stamp + late, codec.encode(values), stamp + late)
+
+    def header(self, stamp: int, frame_id: str) -> dict[str, Any]:
+        seconds, nanoseconds = divmod(stamp, 10**9)
+        return {"seq": 0, "stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": frame_id}
+
+    def image(self, topic: str, stamp: int, row: int, *, encoding: str = "bgr8", late: int = 0) -> None:
+        image = picture(
+            "depth" if encoding == "16UC1" else "rgb", row, encoding=encoding if encoding != "16UC1" else None
+        )
+        pixels = np.ascontiguousarray(pixels_of(image))
+        self.write(
+            topic, messages.IMAGE, stamp, late=late, height=image.height, width=image.width, encoding=encoding,
+            is_bigendian=0, step=pixels.strides[0], data=pixels.reshape(-1).view(np.uint8).tolist(),
+        )  # fmt: skip
+
+    def compressed(self, topic: str, stamp: int, row: int, *, stream: str = "rgb", late: int = 0) -> None:
+        data = list(bytes(png_of(picture(stream, row))))
+        self.write(topic, messages.COMPRESSED_IMAGE, stamp, late=late, format="png", data=data)
+
+    def imu(self, stamp: int, x: float, topic: str = "/imu/data") -> None:
+        none = [0.0] * 9
+        self.write(
+            topic, messages.IMU, stamp, orientation=ONE, orientation_covariance=none, angular_velocity=ZERO,
+            angular_velocity_covariance=none, linear_acceleration=ZERO | {"x": x},
+            linear_acceleration_covariance=none,
+        )  # fmt: skip
+
+    def pose(self, stamp: int, x: float, topic: str = "/mocap/pose") -> None:
+        pose = {"position": ZERO | {"x": x}, "orientation": ONE}
+        self.write(topic, messages.POSE_STAMPED, stamp, frame_id="map", pose=pose)
+
+    def other(self, topic: str, schema: str, encoding: str, data: bytes = b"{}") -> None:
+        """Write a message that is not of ROS."""
+        number = self.library.register_schema(f"foxglove.{schema}", encoding, b"schema")
+        channel = self.library.register_channel(topic, encoding.removesuffix("schema"), number)
+        self.library.add_message(channel, START, data, START)
+
+
+WRITERS: dict[str, dict[str, Any]] = {
+    "zstd": {"compression": CompressionType.ZSTD, "chunk_size": 600},
+    "lz4": {"compression": CompressionType.LZ4, "chunk_size": 600},
+    "none": {"compression": CompressionType.NONE, "chunk_size": 600},
+    "unchunked": {"use_chunking": False},
+    "no summary": {
+        "index_types": IndexType.NONE, "repeat_channels": False, "repeat_schemas": False,
+        "use_statistics": False, "use_summary_offsets": False, "chunk_size": 600,
+    },
+    "no index": {"index_types": IndexType.NONE, "chunk_size": 600},
+    "no chunk index": {"index_types": IndexType.MESSAGE, "chunk_size": 600},
+    "no message index": {"index_types": IndexType.CHUNK, "chunk_size": 600},
+    "no repeated channels": {"repeat_channels": False, "chunk_size": 600},
+    "no repeated schemas": {"repeat_schemas": False, "chunk_size": 600},
+    "no metadata index": {"index_types": IndexType.CHUNK | IndexType.MESSAGE, "chunk_size": 600},
+    "no statistics": {"use_statistics": False, "chunk_size": 600},
+    "no checksums": {"enable_crcs": False, "chunk_size": 600},
+    "data checksums": {"enable_data_crcs": True, "chunk_size": 600},
+    "one chunk": {"chunk_size": 1 << 24},
+}  # fmt: skip
+"""Everything that the writer of the reference library can leave out."""

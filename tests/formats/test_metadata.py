@@ -136,7 +136,7 @@ def test_a_later_version_is_named() -> None:
 @pytest.mark.parametrize("key", [*to_strings(FULL)])
 def test_a_changed_string_is_noticed(key: str) -> None:
     strings = to_strings(FULL)
-    changed = "%c" % (ord(strings[key][-1]) ^ 1)
+    changed = chr(ord(strings[key][-1]) ^ 1)
     with pytest.raises(InputError):
         from_strings(strings | {key: strings[key][:-1] + changed})
     with pytest.raises(InputError):
@@ -163,14 +163,11 @@ def _layout_text(stream: str, **changes: object) -> str:
     return json.dumps({stream: values | changes})
 
 
-@pytest.mark.parametrize(
-    "name", ["../../evil.png", "/tmp/evil.png", "rgb/../../../evil.png", "..\\..\\evil.png"]
-)
+@pytest.mark.parametrize("name", ["../../evil.png", "/evil.png", "rgb/../../../evil.png", "..\\..\\evil.png"])
 @pytest.mark.parametrize("target", ["out", "out.tgz"])
 def test_file_names_cannot_leave_the_target(tmp_path: Path, name: str, target: str) -> None:
     text = _layout_text("rgb", overrides={0: f"1305031102 {name}"})
-    path = _hostile(tmp_path / "in" / "x.mcap" if (tmp_path / "in").mkdir() else tmp_path / "in" / "x.mcap",
-                    Memory({"rgb": [START]}), text=text)  # fmt: skip
+    path = _hostile(tmp_path / "x.mcap", Memory({"rgb": [START]}), text=text)
     with open_source(path) as sequence, pytest.raises(InputError, match="leads outside"):
         convert(sequence, tmp_path / "deep" / target, "tum")
     assert not [file for file in tmp_path.rglob("*") if file.is_file() and file != path]

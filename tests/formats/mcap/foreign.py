@@ -67,11 +67,10 @@ class Foreign:
         stamp: int,
         *,
         late: int = 0,
-        definition: str | None = None,
         **values: Any,
     ) -> None:
         """Write a message that was received `late` nanoseconds after its header's stamp."""
-        codec = MessageType(definition or messages.definition(kind, self.encoding), kind, self.encoding)
+        codec = messages.message_type(kind, self.encoding)
         if "transforms" not in values:
             values["header"] = self.header(stamp, str(values.pop("frame_id", "somewhere")))
         number = self.channel(topic, kind)
@@ -86,10 +85,11 @@ class Foreign:
             "depth" if encoding == "16UC1" else "rgb", row, encoding=encoding if encoding != "16UC1" else None
         )
         pixels = np.ascontiguousarray(pixels_of(image))
+        data = pixels.reshape(-1).view(np.uint8).tolist()
+        sizes = {"height": image.height, "width": image.width, "step": pixels.strides[0]}
         self.write(
-            topic, messages.IMAGE, stamp, late=late, height=image.height, width=image.width, encoding=encoding,
-            is_bigendian=0, step=pixels.strides[0], data=pixels.reshape(-1).view(np.uint8).tolist(),
-        )  # fmt: skip
+            topic, messages.IMAGE, stamp, late=late, encoding=encoding, is_bigendian=0, data=data, **sizes
+        )
 
     def compressed(self, topic: str, stamp: int, row: int, *, stream: str = "rgb", late: int = 0) -> None:
         data = list(bytes(png_of(picture(stream, row))))

@@ -5,7 +5,7 @@
 usage: python benchmarks/fetch.py [MEGABYTES]
 
 Each is run several times in turns, as a program, on a memory file system; the best of each counts. The files
-do not compress. An archive of unknown checksum is inflated on the way, to see that it is whole.
+do not compress; no checksum is known.
 """
 
 from __future__ import annotations

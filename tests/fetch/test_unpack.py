@@ -70,6 +70,22 @@ def test_nor_is_it_without_unpacking(place: Place, kind: str) -> None:
     assert place.nothing_in_place()
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_whole_archive_of_unknown_checksum_stays_packed(place: Place, kind: str) -> None:
+    place.serve(KINDS[kind], f"/f/mini.{kind}")
+    assert place.fetch(place.entry(kind=kind), unpack=False).path.read_bytes() == KINDS[kind]
+
+
+def test_a_whole_archive_with_an_unusual_end_is_read_through(place: Place) -> None:
+    data = 3 * 512 + 600_064  # two headers, a list, an image
+    body = make_tar(FILES, "w:")[:data]  # without the empty blocks at the end
+    place.serve(body, "/f/mini.tar")
+    assert place.fetch(place.entry(kind="tar"), unpack=False).path.read_bytes() == body
+    body = ARCHIVE + bytes(7)  # padding after the gzip stream
+    place.serve(body)
+    assert place.fetch(unpack=False).path.read_bytes() == body
+
+
 def test_an_archive_without_a_folder_at_its_top_gets_one(place: Place) -> None:
     place.serve(make_tar({name.partition("/")[2]: data for name, data in FILES.items()}))
     assert sorted(tree(place.fetch().path)) == ["rgb.txt", "rgb/1305031102.175304.png"]

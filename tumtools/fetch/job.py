@@ -25,6 +25,7 @@ from tumtools.fetch.transfer import Arrived, Transfer, follow_complete
 from tumtools.fetch.transport import MirrorError, display_url
 from tumtools.fetch.unpack import Unpacked, content_root, unpack_tar, unpack_zip
 from tumtools.fetch.verify import Known, check_content
+from tumtools.fetch.whole import check_whole
 from tumtools.staging import fsync, fsync_tree
 
 if TYPE_CHECKING:
@@ -175,7 +176,7 @@ class _Job:
             part,
             self._kind,
             known,
-            # An archive that is to stay packed is read to its end if nothing else tells that it is whole.
+            # An archive that stays packed is checked if nothing else tells that it is whole.
             self._consume if self._unpack or not any(fact.sha256 for fact in known) else None,
             patience=self._options.patience,
             listener=Listener(
@@ -198,12 +199,14 @@ class _Job:
         return list(dict.fromkeys(urls))
 
     def _consume(self, reader: FollowingReader) -> Unpacked | None:
-        folder = self._staging if self._unpack else None
-        if self._kind == "zip":
-            reader.drain()
-            return unpack_zip(reader.path, folder, self._target.name)
+        label = self._target.name
+        if self._unpack and self._kind != "zip":
+            return unpack_tar(reader, self._kind, self._staging, label)
+        reader.drain()
+        if self._unpack:
+            return unpack_zip(reader.path, self._staging, label)
         if self._kind in ARCHIVES:
-            return unpack_tar(reader, self._kind, folder, self._target.name)
+            check_whole(reader.path, self._kind, label)
         return None
 
     def _check_space(self, to_come: int, size: int) -> None:

@@ -54,7 +54,9 @@ _HEADERS: Final = (
 class Source(Protocol):
     """Bytes of an archive that come one after the other."""
 
-    position: int
+    @property
+    def position(self) -> int:
+        """Bytes that have been read."""
 
     def read(self, size: int = -1) -> bytes:
         """Return the next bytes, none at the end."""
@@ -162,13 +164,11 @@ def unpack_tar(source: Source, kind: str, folder: Path | None, label: str) -> Un
 
 
 def unpack_zip(path: Path, folder: Path | None, label: str) -> Unpacked:
-    """Unpack a zip archive; the same rules as for tar."""
+    """Unpack a zip archive; the same rules as for tar. To check it only, its directory is read."""
     result = _start(folder)
     last = "the beginning"
     try:
         with zipfile.ZipFile(path) as archive:
-            if folder is None and (damaged := archive.testzip()) is not None:
-                raise InputError("the member is damaged", path=label, location=f"member {damaged}")
             for member in archive.infolist():
                 last = f"member {member.filename}"
                 name = check_name(member.filename, label)
@@ -178,7 +178,7 @@ def unpack_zip(path: Path, folder: Path | None, label: str) -> Unpacked:
                 check_ratio(result.nbytes + member.file_size, path.stat().st_size, label)
                 if member.is_dir():
                     _make_folder(result, name, label)
-                else:
+                elif folder is not None:
                     with archive.open(member) as content:
                         _write(result, name, content, member.file_size, label)
     except _BAD as error:

@@ -86,13 +86,14 @@ def prune(names: tuple[str, ...], everything: bool, dry_run: bool) -> None:
     Without NAME: unfinished downloads, and archives that are unpacked as well.
     """
     from tumtools.fetch.atomic import BusyError
+    from tumtools.fetch.cache import size_of
 
     cache = _cache()
     freed = 0
     whole = [record.entry.name for record in _records(cache, names)] if names or everything else []
     leftovers = {} if names else cache.leftovers()
     for name in [*whole, *(name for name in leftovers if name not in whole)]:
-        size = cache.usage(name) if name in whole else sum(cache.size(path) for path in leftovers[name])
+        size = cache.usage(name) if name in whole else sum(size_of(path) for path in leftovers[name])
         try:
             if not dry_run:
                 size = cache.remove(name) if name in whole else cache.tidy(name)

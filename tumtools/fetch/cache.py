@@ -165,7 +165,7 @@ class Cache:
 
     def usage(self, name: str) -> int:
         """Return the bytes that a sequence takes, what is unfinished included."""
-        return sum(_size(path) for path in self._paths(name))
+        return sum(size_of(path) for path in self._paths(name))
 
     def verify(self, record: Record, progress: Callable[[int], None] | None = None) -> None:
         """Compare all that is there of a sequence with the checksums noted when it was fetched.
@@ -256,10 +256,6 @@ class Cache:
         with self.lock(name, wait=False):
             return sum(remove_path(path) for path in self.leftovers().get(name, ()))
 
-    def size(self, path: Path) -> int:
-        """Return the bytes that a file or folder takes."""
-        return _size(path)
-
     def _paths(self, name: str) -> list[Path]:
         files = [self.file(name, kind) for kind in SUFFIXES]
         parts = [Path(f"{file}{end}") for file in files for end in (".part", ".part.json")]
@@ -296,7 +292,7 @@ def remove_path(path: Path) -> int:
         OutputError: It cannot be removed.
 
     """
-    size = _size(path)
+    size = size_of(path)
     try:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
@@ -307,7 +303,8 @@ def remove_path(path: Path) -> int:
     return size
 
 
-def _size(path: Path) -> int:
+def size_of(path: Path) -> int:
+    """Return the bytes that a file or folder takes; 0 if it is not there."""
     if path.is_dir() and not path.is_symlink():
         return sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
     try:

@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING
 import click
 
 from tumtools.cli import options, output
+from tumtools.cli.report import print_report, report_document
 from tumtools.formats.registry import FORMATS
 
 if TYPE_CHECKING:
-    from tumtools.convert import Report
     from tumtools.formats.options import WriteOptions
-    from tumtools.model.sequence import Loss, Sequence
-    from tumtools.transform import Selection
 
 _CHOICES = {
     "layout": "Topic and frame names.",
@@ -96,7 +94,7 @@ def command(
     with open_source(source, options.make_read_options(topics, salvage)) as sequence:
         for text in sequence.info.warnings:
             output.warning(text)
-        selection = _selection(sequence, start, end, every, streams)
+        selection = options.make_selection(sequence, start, end, every, streams)
         convert_options = ConvertOptions(selection, strict, verify, force, dry_run)
         frames = sum(info.count for info in sequence.info.images.values())
         with (
@@ -109,86 +107,23 @@ def command(
     for text in report.warnings:
         output.warning(text)
     if as_json:
-        output.print_json(_document(source, report))
+        output.print_json({"source": source, **report_document(report)})
     else:
-        _print_report(report)
+        print_report(report)
 
 
 def _write_options(values: dict[str, object]) -> WriteOptions:
+    """Build the options of the format; a camera that is no name is the file of a calibration."""
+    from tumtools.formats.calibration import read_calibration
     from tumtools.formats.options import WriteOptions
+    from tumtools.model.camera import CAMERAS
 
+    camera = values.pop("camera")
+    if camera is not None and camera not in CAMERAS:
+        # Depth is registered to colour and shares its intrinsics.
+        values["cameras"] = dict.fromkeys(("rgb", "depth"), read_calibration(Path(str(camera))))
+        camera = None
+    values["camera"] = camera
     frame_ids = values.pop("frame_ids")
     pairs = options.parse_pairs(frame_ids if isinstance(frame_ids, tuple) else (), "--frame-id")
     return WriteOptions(frame_ids=pairs, **values)  # type: ignore[arg-type]  # click has checked the types
-
-
-def _selection(
-    sequence: Sequence, start: str | None, end: str | None, every: int, streams: str | None
-) -> Selection:
-    from tumtools.errors import UsageError
-    from tumtools.model.sequence import STREAMS
-    from tumtools.model.time import parse_stamp
-    from tumtools.transform import Selection, first_stamp
-
-    first = first_stamp(sequence) or 0
-    limits = []
-    for option, text in (("--start", start), ("--end", end)):
-        try:
-            stamp = None if text is None else parse_stamp(text)
-        except ValueError as error:
-            raise UsageError(f"{option}: {error}") from error
-        # A number below the first stamp's order of magnitude is meant from the beginning.
-        limits.append(stamp + first if stamp is not None and abs(stamp) < first // 2 else stamp)
-    chosen = None if streams is None else tuple(streams.split(","))
-    unknown = set(chosen or ()) - set(STREAMS)
-    if unknown:
-        raise UsageError(
-            f"--streams: no stream {', '.join(sorted(unknown))}", hint=f"streams: {', '.join(STREAMS)}"
-        )
-    return Selection(chosen, limits[0], limits[1], every)
-
-
-def _document(source: str, report: Report) -> dict[str, object]:
-    return {
-        "source": source,
-        "target": str(report.target),
-        "format": report.format,
-        "dry_run": report.dry_run,
-        "frames": report.frames,
-        "rows": report.rows,
-        "bytes": report.nbytes,
-        "verified": report.verified,
-        "lossless": not report.losses,
-        "losses": [loss_document(loss) for loss in report.losses],
-        "warnings": list(report.warnings),
-    }
-
-
-def loss_document(loss: Loss) -> dict[str, object]:
-    """Return a loss for JSON."""
-    return {name: getattr(loss, name) for name in loss.__dataclass_fields__}
-
-
-def _print_report(report: Report) -> None:
-    done = "would write" if report.dry_run else "wrote"
-    about = "about " if report.dry_run else ""
-    checked = ", read back and compared" if report.verified else ""
-    output.message(
-        f"{done} {report.target}: {report.frames} images, {report.rows} rows, "
-        f"{about}{output.size(report.nbytes)}{checked}"
-    )
-    if not report.losses:
-        output.message("nothing lost")
-        return
-    rows = [
-        (
-            loss.stream,
-            loss.what,
-            str(loss.count),
-            f"{loss.largest_error:.3g} {loss.unit}" if loss.largest_error is not None else "-",
-            loss.why,
-        )
-        for loss in report.losses
-    ]
-    click.echo("lost:")
-    output.print_table(rows, ("stream", "what", "count", "largest error", "why"))

@@ -43,7 +43,7 @@ def command(source: str, topics: tuple[str, ...], salvage: bool, as_json: bool) 
 
 def describe(source: str, sequence: Sequence) -> dict[str, object]:
     """Return what there is to say of a sequence, for JSON."""
-    from tumtools.cli.convert import loss_document
+    from tumtools.cli.report import loss_document
 
     info = sequence.info
     streams: dict[str, dict[str, object]] = {}

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from tumtools.formats.options import ReadOptions
+    from tumtools.model.sequence import Sequence
+    from tumtools.transform import Selection
 
 Command = TypeVar("Command", bound="Callable[..., object]")
 
@@ -98,3 +100,41 @@ def make_read_options(topics: tuple[str, ...], salvage: bool, *, lenient: bool =
 def path_or_none(value: str | None) -> Path | None:
     """Return a path for an option that may be absent."""
     return None if value is None else Path(value)
+
+
+def make_selection(
+    sequence: Sequence, start: str | None, end: str | None, every: int, streams: str | None
+) -> Selection:
+    """Build the choice of streams and times.
+
+    Args:
+        sequence: Times are counted from its first stamp.
+        start: Seconds, from the first stamp or since 1970.
+        end: The same.
+        every: Keep each n-th image.
+        streams: Names, separated by commas.
+
+    Raises:
+        UsageError: A time is no number, or there is no such stream.
+
+    """
+    from tumtools.model.sequence import STREAMS
+    from tumtools.model.time import parse_stamp
+    from tumtools.transform import Selection, first_stamp
+
+    first = first_stamp(sequence) or 0
+    limits = []
+    for option, text in (("--start", start), ("--end", end)):
+        try:
+            stamp = None if text is None else parse_stamp(text)
+        except ValueError as error:
+            raise UsageError(f"{option}: {error}") from error
+        # A number below the first stamp's order of magnitude is meant from the beginning.
+        limits.append(stamp + first if stamp is not None and abs(stamp) < first // 2 else stamp)
+    chosen = None if streams is None else tuple(streams.split(","))
+    unknown = set(chosen or ()) - set(STREAMS)
+    if unknown:
+        raise UsageError(
+            f"--streams: no stream {', '.join(sorted(unknown))}", hint=f"streams: {', '.join(STREAMS)}"
+        )
+    return Selection(chosen, limits[0], limits[1], every)

@@ -89,6 +89,7 @@ def test_a_trajectory_is_rendered_to_the_same_bytes(file: tuple[bytes, int]) -> 
 
 @given(text_files(0))
 @example((b"1.000000 rgb/1.000000.png\r\n", 1))
+@example((b"0.000000 rgb/0.000000.png\r\n0.000000 rgb/0.000000.png\r", 2))
 @example((b"1.000000 rgb/1.000000.png\r\n2.000000 rgb/2.000000.png", 2))
 def test_a_list_of_images_is_rendered_to_the_same_bytes(file: tuple[bytes, int]) -> None:
     data, rows = file

@@ -278,11 +278,10 @@ def _overrides(
     raw: Sequence[str],
 ) -> dict[int, str]:
     """Return the rows that the layout does not reproduce, with the lines that stand before them."""
-    end = layout.newline[:-1]
-    rows = render_rows(layout, stream, stamps, values)
-    return {
-        number: text for number, (row, text) in enumerate(zip(rows, raw, strict=True)) if row + end != text
-    }
+    rows = [row + layout.newline[:-1] for row in render_rows(layout, stream, stamps, values)]
+    if not layout.final_newline:
+        rows[-1] = rows[-1].removesuffix(layout.newline[:-1])
+    return {number: text for number, (row, text) in enumerate(zip(rows, raw, strict=True)) if row != text}
 
 
 def render_rows(

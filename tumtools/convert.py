@@ -11,7 +11,15 @@ from tumtools.errors import LossRefusedError
 from tumtools.formats import registry
 from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions, no_progress
 from tumtools.staging import refuse_existing, staged
-from tumtools.transform import RescaledDepth, Selection, rescale_depth, select, without
+from tumtools.transform import (
+    RescaledDepth,
+    Selection,
+    demosaiced,
+    rescale_depth,
+    select,
+    transform_losses,
+    without,
+)
 from tumtools.verify import Recorded, verify
 
 if TYPE_CHECKING:
@@ -135,7 +143,7 @@ def convert(
     with staged(target, force=options.force) as path:
         recorded = Recorded(prepared, needs.pixel_streams) if options.verify else None
         written = entry.writer.write(recorded or prepared, path, write_options, progress)
-        losses = _merge(sequence.info.not_carried, written, _transform_losses(prepared))
+        losses = _merge(sequence.info.not_carried, written, transform_losses(prepared))
         if options.strict:
             _refuse(losses, target)
         if recorded is not None:
@@ -150,6 +158,7 @@ def _prepare(sequence: Sequence, selection: Selection, needs: Needs) -> Sequence
     prepared = select(sequence, selection)
     if needs.drops:
         prepared = without(prepared, needs.drops)
+    prepared = demosaiced(prepared)
     if needs.depth_units_per_metre is not None:
         prepared = rescale_depth(prepared, needs.depth_units_per_metre)
     return prepared
@@ -160,11 +169,7 @@ def _dry_run(prepared: Sequence, report: Report, progress: Progress) -> Report:
     if isinstance(prepared, RescaledDepth):
         for frame in prepared.images(["depth"]):
             progress(1, frame.load().nbytes)
-    return replace(report, losses=_merge(report.losses, _transform_losses(prepared)), dry_run=True)
-
-
-def _transform_losses(prepared: Sequence) -> tuple[Loss, ...]:
-    return prepared.losses() if isinstance(prepared, RescaledDepth) else ()
+    return replace(report, losses=_merge(report.losses, transform_losses(prepared)), dry_run=True)
 
 
 def _merge(*groups: tuple[Loss, ...]) -> tuple[Loss, ...]:

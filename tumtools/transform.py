@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tumtools.images.bayer import PATTERNS, demosaic
 from tumtools.images.codec import image_of_pixels, pixels_of
 from tumtools.images.depth import EXACT, Rounding, rescale_counts, to_counts
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, Frame, Loss, Sequence
@@ -74,7 +75,7 @@ class Selected(Sequence):
     """A choice of streams, times and frames of another sequence; what is taken out was asked for."""
 
     def __init__(self, sequence: Sequence, selection: Selection) -> None:
-        self._inner = sequence
+        self.inner = sequence
         self._rows = {
             stream: selection.image_rows(sequence.image_stamps(stream))
             for stream in sequence.info.images
@@ -112,7 +113,7 @@ class Selected(Sequence):
         """Return the stamps that are kept."""
         if stream not in self._rows:
             return np.empty(0, np.int64)
-        return self._inner.image_stamps(stream)[self._rows[stream]]
+        return self.inner.image_stamps(stream)[self._rows[stream]]
 
     def images(
         self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
@@ -127,14 +128,14 @@ class Selected(Sequence):
         last = max(int(times.max()) for times in stamps)
         first = first if start is None else max(first, start)
         last = last if end is None else min(last, end)
-        for frame in self._inner.images(wanted, first, last):
+        for frame in self.inner.images(wanted, first, last):
             new = kept[frame.stream].get(frame.row)
             if new is not None:
                 yield replace(frame, row=new)
 
     def close(self) -> None:
         """Close the inner sequence."""
-        self._inner.close()
+        self.inner.close()
 
 
 def select(sequence: Sequence, selection: Selection) -> Sequence:
@@ -157,7 +158,7 @@ class RescaledDepth(Sequence):
     """
 
     def __init__(self, sequence: Sequence, units_per_metre: float) -> None:
-        self._inner = sequence
+        self.inner = sequence
         self._units = units_per_metre
         self._lock = Lock()
         self._roundings: dict[int, Rounding] = {}
@@ -172,13 +173,13 @@ class RescaledDepth(Sequence):
 
     def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
         """Return the stamps of the inner sequence."""
-        return self._inner.image_stamps(stream)
+        return self.inner.image_stamps(stream)
 
     def images(
         self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
     ) -> Iterator[Frame]:
         """Yield the images; depth is rescaled when it is loaded."""
-        for frame in self._inner.images(streams, start, end):
+        for frame in self.inner.images(streams, start, end):
             yield replace(frame, load=partial(self._load, frame)) if frame.stream == "depth" else frame
 
     def _load(self, frame: Frame) -> Image:
@@ -210,7 +211,7 @@ class RescaledDepth(Sequence):
 
     def close(self) -> None:
         """Close the inner sequence."""
-        self._inner.close()
+        self.inner.close()
 
 
 def rescale_depth(sequence: Sequence, units_per_metre: float) -> Sequence:
@@ -219,6 +220,67 @@ def rescale_depth(sequence: Sequence, units_per_metre: float) -> Sequence:
     if depth is None or depth.count == 0 or depth.depth_units_per_metre == units_per_metre:
         return sequence
     return RescaledDepth(sequence, units_per_metre)
+
+
+class Demosaiced(Sequence):
+    """A sequence whose colour images came as Bayer mosaics, as colour.
+
+    Args:
+        sequence: With a mosaic in its stream `rgb`.
+
+    """
+
+    def __init__(self, sequence: Sequence) -> None:
+        self.inner = sequence
+        self.groundtruth = sequence.groundtruth
+        self.accelerometer = sequence.accelerometer
+        self.cameras = sequence.cameras
+        images = dict(sequence.info.images)
+        images["rgb"] = replace(images["rgb"], encoding="rgb8", nbytes=3 * images["rgb"].nbytes)
+        self.info = replace(sequence.info, images=images)
+
+    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
+        """Return the stamps of the inner sequence."""
+        return self.inner.image_stamps(stream)
+
+    def images(
+        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
+    ) -> Iterator[Frame]:
+        """Yield the images; mosaics become colour when they are loaded."""
+        for frame in self.inner.images(streams, start, end):
+            yield replace(frame, load=partial(_demosaic, frame)) if frame.stream == "rgb" else frame
+
+    def losses(self) -> tuple[Loss, ...]:
+        """Say that colours were interpolated."""
+        why = "each pixel of a Bayer mosaic has one colour; the two others are interpolated"
+        return (Loss("rgb", "mosaics made to colour images", self.info.images["rgb"].count, why),)
+
+    def close(self) -> None:
+        """Close the inner sequence."""
+        self.inner.close()
+
+
+def _demosaic(frame: Frame) -> Image:
+    image = frame.load()
+    if image.encoding not in PATTERNS:
+        return image
+    return image_of_pixels(demosaic(pixels_of(image).astype(np.uint8, copy=False), image.encoding), "rgb8")
+
+
+def demosaiced(sequence: Sequence) -> Sequence:
+    """Return the sequence with colour images, itself if they are no Bayer mosaics."""
+    colour = sequence.info.images.get("rgb")
+    return Demosaiced(sequence) if colour is not None and colour.encoding in PATTERNS else sequence
+
+
+def transform_losses(sequence: Sequence) -> tuple[Loss, ...]:
+    """Return what the transformations of this module have changed in the frames loaded so far."""
+    losses: tuple[Loss, ...] = ()
+    while isinstance(sequence, (Selected, Demosaiced, RescaledDepth)):
+        if not isinstance(sequence, Selected):
+            losses = sequence.losses() + losses
+        sequence = sequence.inner
+    return losses
 
 
 def first_stamp(sequence: Sequence) -> int | None:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -91,7 +92,11 @@ def command(
     if not target and not os.path.lexists(source):
         path = Path(path.name)  # the sequence of a name lies in the cache, where nobody looks for results
     write_options = _write_options(format_options)
-    with open_source(source, options.make_read_options(topics, salvage)) as sequence:
+    read_options = options.make_read_options(topics, salvage)
+    with open_source(source, read_options) as sequence:
+        if sequence.info.format == "tum":
+            # A folder has no topics to choose from: the option names those to write.
+            write_options = replace(write_options, topics=read_options.topics)
         for text in sequence.info.warnings:
             output.warning(text)
         selection = options.make_selection(sequence, start, end, every, streams)

@@ -32,6 +32,7 @@ from tumtools.formats.mcap.records import (
     string_map,
 )
 from tumtools.formats.ros.messages import definition, ros1_name
+from tumtools.formats.ros.qos import qos_profile
 from tumtools.images.parallel import ordered_map
 
 if TYPE_CHECKING:
@@ -340,16 +341,8 @@ class _Writer:
         return record(Op.STATISTICS, counts, times, number_map(self._counts))
 
 
-_QOS_LATCHED: Final = (
-    "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9223372036\n"
-    "    nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n"
-    "  liveliness_lease_duration:\n    sec: 9223372036\n    nsec: 854775807\n"
-    "  avoid_ros_namespace_conventions: false"
-)
-"""Reliable and transient local, in the words of rosbag2's `offered_qos_profiles`."""
-
-
 def _qos(channel: OutChannel, encoding: MessageEncoding) -> dict[str, str]:
-    if not channel.latched:
-        return {}
-    return {"latching": "1"} if encoding == "ros1" else {"offered_qos_profiles": _QOS_LATCHED}
+    """Return what rosbag2 and ROS 1 tools keep beside a topic; rosbag2's is the same as in metadata.yaml."""
+    if encoding == "cdr":
+        return {"offered_qos_profiles": qos_profile(latched=channel.latched)}
+    return {"latching": "1"} if channel.latched else {}

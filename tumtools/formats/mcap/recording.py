@@ -13,6 +13,7 @@ from tumtools.errors import InputError
 from tumtools.formats.mcap.file import LOOSE, McapFile
 from tumtools.formats.mcap.records import MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.ros.definitions import full_name
+from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
 from tumtools.model.sequence import Loss
 
@@ -73,7 +74,7 @@ class McapRecording(Recording):
             else:
                 count = len(self._index.get(number, _NO_ENTRIES))
             qos = channel.extra.get("offered_qos_profiles", "")
-            latched = "durability: 1" in qos or channel.extra.get("latching") == "1"
+            latched = is_latched(qos) or channel.extra.get("latching") == "1"
             yield Channel(number, channel.topic, full_name(name), encoding, definition, count, latched)
 
     def _read_index(self) -> dict[int, npt.NDArray[np.int64]]:

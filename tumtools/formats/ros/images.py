@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: MIT
 """Image messages to images. Payloads are looked at only as far as needed to know what they are.
 
-Source: sensor_msgs/Image, sensor_msgs/CompressedImage, `image_encodings.hpp`; REP 118 (16UC1 is millimetres).
+Source: sensor_msgs/Image, sensor_msgs/CompressedImage, `image_encodings.hpp`;
+compressed_depth_image_transport; REP 118 (16UC1 is millimetres).
 """
 
 from __future__ import annotations
 
+import math
+import struct
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -14,7 +17,7 @@ import numpy as np
 from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.ros.messages import COMPRESSED_IMAGE
 from tumtools.images import png
-from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png
+from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png, pixels_of
 from tumtools.model.image import ENCODINGS, Image
 
 if TYPE_CHECKING:
@@ -27,6 +30,8 @@ _SAME: Final = {"8UC1": "mono8", "8UC3": "bgr8", "8UC4": "bgra8", "16UC1": "mono
 """Encodings without a meaning of their own, where they are not depth."""
 _DEPTH: Final = {"16UC1": MILLIMETRES, "mono16": MILLIMETRES, "32FC1": 1.0}
 _JPEG_MAGIC: Final = b"\xff\xd8\xff"
+_DEPTH_HEADER: Final = struct.Struct("<iff")
+"""compressedDepth: format (0 or 1, not to be relied on), and two parameters of inverse depth."""
 
 
 def image_of_message(kind: str, message: Message, stream: str, png_units_per_metre: float | None) -> Image:
@@ -52,14 +57,37 @@ def image_of_message(kind: str, message: Message, stream: str, png_units_per_met
 
 
 def _compressed(data: memoryview, text: str, stream: str, png_units_per_metre: float | None) -> Image:
-    head = bytes(data[:8])
-    if head == png.SIGNATURE:
+    head = bytes(data[: _DEPTH_HEADER.size + len(png.SIGNATURE)])
+    if head.startswith(png.SIGNATURE):
         return image_of_png(data, (png_units_per_metre or MILLIMETRES) if stream == "depth" else None)
+    if head.endswith(png.SIGNATURE) or "compresseddepth" in text.lower():
+        return _compressed_depth(data, text)
     if head.startswith(_JPEG_MAGIC):
         if stream == "depth":
             raise UnsupportedInputError("depth as JPEG")
         return image_of_jpeg(data)
     raise UnsupportedInputError(f"a compressed image of format {text!r} that is neither PNG nor JPEG")
+
+
+def _compressed_depth(data: memoryview, text: str) -> Image:
+    """Read what compressed_depth_image_transport writes: a header, then a PNG file.
+
+    The text says what the pixels were, since many writers fill the header with anything: counts of
+    millimetres, or metres as inverse depth, for which the header has two parameters.
+    """
+    if len(data) < _DEPTH_HEADER.size or bytes(data[_DEPTH_HEADER.size :][:8]) != png.SIGNATURE:
+        raise UnsupportedInputError(f"compressed depth of format {text!r} that is no PNG (RVL is not read)")
+    inner = image_of_png(data[_DEPTH_HEADER.size :], MILLIMETRES)
+    if not text.strip().startswith("32FC1"):
+        return inner
+    _, quantum, offset = _DEPTH_HEADER.unpack_from(data)
+    if not (math.isfinite(quantum) and math.isfinite(offset) and quantum > 0):
+        raise InputError(f"compressed depth whose header has the parameters {quantum:g} and {offset:g}")
+    levels = np.arange(2**16, dtype=np.float32)
+    with np.errstate(divide="ignore"):
+        metres = (np.float32(quantum) / (levels - np.float32(offset))).astype(np.float32)
+    metres[(levels == 0) | ~np.isfinite(metres)] = np.nan
+    return image_of_pixels(metres[pixels_of(inner)], "32FC1", 1.0)
 
 
 def _raw(message: Message, data: npt.NDArray[np.generic], stream: str) -> Image:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import heapq
-import struct
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property, partial
@@ -13,17 +12,18 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.errors import InputError
+from tumtools.errors import InputError, UsageError
 from tumtools.formats import metadata
 from tumtools.formats.ros import signals
 from tumtools.formats.ros.codec import MessageType
+from tumtools.formats.ros.gather import Gathered, Times, gather, header_stamp
 from tumtools.formats.ros.images import image_of_message
 from tumtools.formats.ros.layouts import KNOWN_FRAMES, LAYOUTS
-from tumtools.formats.ros.topics import TF_TYPES, resolve
+from tumtools.formats.ros.tf import TransformTree, find_path
+from tumtools.formats.ros.topics import loss_of, resolve
 from tumtools.model.camera import ROS_DEFAULT, CameraInfo, calibration, camera_of_name
 from tumtools.model.sequence import (
     IMAGE_STREAMS,
-    SIGNAL_STREAMS,
     Frame,
     ImageStreamInfo,
     Sequence,
@@ -31,7 +31,6 @@ from tumtools.model.sequence import (
     frame_order,
 )
 from tumtools.model.signals import Accelerometer, Trajectory
-from tumtools.model.time import join_stamp
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -42,12 +41,12 @@ if TYPE_CHECKING:
     from tumtools.formats.ros.codec import Message
     from tumtools.formats.ros.recording import Channel, RawMessage, Recording
     from tumtools.model.image import Image
+    from tumtools.model.sequence import Loss
     from tumtools.model.text import TextLayout
 
-_STAMP_OFFSET: Final = 4
-"""Of the header's stamp: behind the representation in CDR, behind the sequence number in ROS 1."""
-_STAMPS: Final = {"cdr": struct.Struct("<iI"), "ros1": struct.Struct("<II")}
-_BIG_ENDIAN_STAMP: Final = struct.Struct(">iI")
+_WORLD: Final = "world"
+_BODIES: Final = frozenset(layout.body for layout in LAYOUTS.values())
+"""Frames that our own transforms place in the world."""
 _MAX_WAITING: Final = 32
 """Messages; each may be a raw image."""
 
@@ -79,14 +78,24 @@ class RosSequence(Sequence):
             for stream, order in (self._meta.row_order.items() if self._meta else ())
         }
         self._frame_ids: dict[str, str] = {}
+        self._camera_frame: str | None = None
+        self._unused: list[Loss] = []
         self._notes: list[str] = []
-        signal_messages = self._signal_messages()
-        if "accelerometer" in self._channels or "accelerometer" in places:
-            self.accelerometer = self._decode_accelerometer(signal_messages["accelerometer"])
-        if "groundtruth" in self._channels or "groundtruth" in places:
-            self.groundtruth = self._decode_groundtruth(signal_messages["groundtruth"])
+        if all(channel.count == 0 for channel in recording.channels):
+            self._notes.append("the recording has no messages")
         streams = [stream for stream in IMAGE_STREAMS if stream in self._channels or stream in places]
         images = {stream: self._image_info(stream) for stream in streams}
+        found = gather(
+            recording, self._resolution, self._type, self._named, bodies=_BODIES, stamps=self._meta is None
+        )
+        self._times = found.times or self._logged()
+        images = {stream: self._counted(stream, info) for stream, info in images.items()}
+        if found.accelerometer is not None:
+            order = self._to_file_order("accelerometer", found.accelerometer.stamps)
+            self.accelerometer = found.accelerometer.take(order)
+        elif "accelerometer" in places:
+            self.accelerometer = Accelerometer.empty()
+        self.groundtruth = self._groundtruth(found, expected="groundtruth" in places)
         self._rows = self._file_rows()
         text = self._text_layouts()
         meta_camera = self._meta.camera if self._meta else None
@@ -101,7 +110,7 @@ class RosSequence(Sequence):
             frame_ids=self._frame_ids,
             licence=self._meta.licence if self._meta else None,
             citation=self._meta.citation if self._meta else None,
-            not_carried=recording.not_carried + self._resolution.not_carried,
+            not_carried=(*recording.not_carried, *self._resolution.not_carried, *self._unused),
             warnings=recording.warnings + self._resolution.warnings + tuple(self._notes),
         )
 
@@ -126,43 +135,54 @@ class RosSequence(Sequence):
                 self._types[channel.id] = MessageType(channel.definition, channel.type, channel.encoding)
         return self._types[channel.id]
 
-    def _signal_messages(self) -> dict[str, list[memoryview]]:
-        """Read the messages of the small signals, in one pass.
+    def _logged(self) -> dict[str, Times]:
+        """Return the times of images that we wrote: both are the same, and the index knows them."""
+        streams = [stream for stream in IMAGE_STREAMS if stream in self._channels]
+        logged = {stream: self._recording.log_times(self._channels[stream]) for stream in streams}
+        return {stream: (times, times) for stream, times in logged.items()}
 
-        They are copied, since a view would keep in memory what lies around it, such as images.
-        """
-        found: dict[str, list[memoryview]] = {stream: [] for stream in SIGNAL_STREAMS}
-        names = {self._channels[stream].id: stream for stream in SIGNAL_STREAMS if stream in self._channels}
-        for message in self._recording.messages([self._channels[stream] for stream in names.values()]):
-            found[names[message.channel.id]].append(memoryview(bytes(message.data)))
-        return found
+    def _counted(self, stream: str, info: ImageStreamInfo) -> ImageStreamInfo:
+        count = len(self._times[stream][0]) if stream in self._times else 0
+        return replace(info, count=count, nbytes=info.nbytes * count)
 
-    def _decode_accelerometer(self, data: list[memoryview]) -> Accelerometer:
-        channel = self._channels.get("accelerometer")
-        if channel is None:
-            return Accelerometer.empty()
-        with self._named(channel):
-            found = signals.accelerometer(self._type(channel), data)
-        return found.take(self._to_file_order("accelerometer", found.stamps))
-
-    def _decode_groundtruth(self, data: list[memoryview]) -> Trajectory:
-        channel = self._channels.get("groundtruth")
-        if channel is None:
+    def _groundtruth(self, found: Gathered, *, expected: bool) -> Trajectory | None:
+        poses = found.poses
+        if self._resolution.transforms:
+            poses = self._compose(found.tree)
+        elif poses is not None:
+            self._note_frame("groundtruth", found.frame_id)
+        elif expected:
             return Trajectory.empty()
-        with self._named(channel):
-            if channel.type in TF_TYPES:
-                found = self._own_transforms(channel, data)
-            else:
-                found, frame_id = signals.poses(self._type(channel), data)
-                self._note_frame("groundtruth", frame_id)
-        return found.take(self._to_file_order("groundtruth", found.stamps))
+        return None if poses is None else poses.take(self._to_file_order("groundtruth", poses.stamps))
 
-    def _own_transforms(self, channel: Channel, data: list[memoryview]) -> Trajectory:
-        for layout in LAYOUTS.values():
-            found = signals.transforms(self._type(channel), data, layout.world, layout.body)
-            if len(found):
-                return found
-        return Trajectory.empty()
+    def _compose(self, tree: TransformTree) -> Trajectory | None:
+        """Return the trajectory of the camera in a tree of transforms."""
+        resolution = self._resolution
+        try:
+            path = find_path(tree, self._camera_frame, resolution.frames or "")
+        except UsageError as error:
+            raise UsageError(error.message, path=self._recording.path, hint=error.hint) from None
+        if not path:
+            if resolution.frames is not None:
+                raise UsageError(
+                    "it is not clear which transforms are the ground truth",
+                    path=self._recording.path,
+                    hint=f"write --topic groundtruth=/tf:WORLD.CAMERA; frames: {', '.join(tree.frames)}",
+                )
+            self._unused += [loss_of(channel) for channel in resolution.transforms]
+            return None
+        found, left_out = tree.compose(path)
+        root = path[0][0]
+        way = " -> ".join([root, *(child for _, child in path)])
+        self._note_frame("groundtruth", root)
+        if resolution.frames is None and root != _WORLD:
+            self._notes.append(
+                f"ground truth is taken from transforms, {way}; "
+                "choose others with --topic groundtruth=/tf:WORLD.CAMERA"
+            )
+        if left_out:
+            self._notes.append(f"{left_out} poses are left out, as not all of {way} is known at their time")
+        return found
 
     def _note_frame(self, stream: str, frame_id: str) -> None:
         worlds = {layout.world.lstrip("/") for layout in LAYOUTS.values()}
@@ -202,16 +222,17 @@ class RosSequence(Sequence):
                 path=self._recording.path,
                 location=f"topic {channel.topic}",
             )
-        self._note_frame(stream, str(header.get("frame_id", "")))
-        count = len(self._log_stamps[stream])
+        frame_id = str(header.get("frame_id", ""))
+        self._camera_frame = self._camera_frame or frame_id
+        self._note_frame(stream, frame_id)
         return ImageStreamInfo(
-            count=count,
+            count=1,
             encoding=image.encoding,
             width=image.width,
             height=image.height,
             depth_units_per_metre=image.depth_units_per_metre,
             frame_id=self._frame_ids.get(stream),
-            nbytes=image.nbytes * count,
+            nbytes=image.nbytes,
             compression=image.compression,
             source=channel.topic,
         )
@@ -252,35 +273,6 @@ class RosSequence(Sequence):
                     f"{stream} does not say what the messages say, and is left out"
                 )
         return layouts
-
-    def _stamp(self, message: RawMessage) -> int:
-        """Read the header's stamp without decoding the message."""
-        data = message.data
-        if len(data) < _STAMP_OFFSET + 8:
-            raise InputError(
-                "a message that is too short for a header",
-                path=self._recording.path,
-                location=f"topic {message.channel.topic}, message at {message.log_time} ns",
-            )
-        kind = _STAMPS[message.channel.encoding]
-        if message.channel.encoding == "cdr" and not data[1] & 1:
-            kind = _BIG_ENDIAN_STAMP
-        return join_stamp(*kind.unpack_from(data, _STAMP_OFFSET))
-
-    @cached_property
-    def _times(self) -> dict[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]]:
-        """Log times and header stamps of the image streams, in order of log time."""
-        streams = {self._channels[stream].id: stream for stream in IMAGE_STREAMS if stream in self._channels}
-        channels = [self._channels[stream] for stream in streams.values()]
-        if self._meta is not None:
-            # Our own writer makes both times the same, and the index knows the log times.
-            logged = {streams[channel.id]: self._recording.log_times(channel) for channel in channels}
-            return {stream: (times, times) for stream, times in logged.items()}
-        found: dict[str, list[tuple[int, int]]] = {stream: [] for stream in streams.values()}
-        for message in self._recording.messages(channels):
-            found[streams[message.channel.id]].append((message.log_time, self._stamp(message)))
-        tables = {stream: np.array(pairs, np.int64).reshape(-1, 2) for stream, pairs in found.items()}
-        return {stream: (table[:, 0].copy(), table[:, 1].copy()) for stream, table in tables.items()}
 
     @cached_property
     def _log_stamps(self) -> dict[str, npt.NDArray[np.int64]]:
@@ -348,12 +340,11 @@ class RosSequence(Sequence):
             if rank is None:
                 continue
             stamp = int(self._log_stamps[stream][position])
-            if self._stamp(message) != stamp:
-                raise InputError(
-                    f"the header says {self._stamp(message)} ns, the recording {message.log_time} ns",
-                    path=self._recording.path,
-                    location=f"topic {message.channel.topic}, message at {message.log_time} ns",
-                )
+            with self._named(message.channel, message.log_time):
+                if header_stamp(message) != stamp:
+                    raise InputError(
+                        f"the header says {header_stamp(message)} ns, the recording {message.log_time} ns"
+                    )
             row = int(self._rows[stream][position])
             load = partial(self._load, stream, message)
             heapq.heappush(waiting, (rank, Frame(stream, stamp, row, load, self._frame_ids.get(stream))))

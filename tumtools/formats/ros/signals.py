@@ -15,11 +15,11 @@ from tumtools.model.signals import Accelerometer, Trajectory
 from tumtools.model.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator
 
     import numpy.typing as npt
 
-    from tumtools.formats.ros.codec import Columns, Message, MessageType
+    from tumtools.formats.ros.codec import Columns, Message
 
 POSE_PATHS: Final = {
     messages.POSE_STAMPED: ("pose.position", "pose.orientation"),
@@ -30,57 +30,46 @@ POSE_PATHS: Final = {
 """Messages that hold one pose -> where."""
 
 
-def accelerometer(kind: MessageType, data: Sequence[memoryview]) -> Accelerometer:
-    """Decode sensor_msgs/Imu messages, in the order given.
+def accelerations_in(part: Columns) -> Accelerometer:
+    """Return the rows of decoded sensor_msgs/Imu messages.
+
+    Raises:
+        InputError: They have no acceleration.
+
+    """
+    return Accelerometer(stamps_of(part, "header"), _columns(part, "linear_acceleration", "xyz"))
+
+
+def poses_in(kind: str, part: Columns) -> Trajectory:
+    """Return the rows of decoded messages of a type that holds one pose.
+
+    Raises:
+        InputError: They have no pose.
+
+    """
+    position, rotation = POSE_PATHS[kind]
+    return Trajectory(
+        stamps_of(part, "header"), _columns(part, position, "xyz"), _columns(part, rotation, "xyzw")
+    )
+
+
+def transforms_in(part: Columns) -> Iterator[tuple[str, str, Trajectory]]:
+    """Yield parent frame, child frame and transforms of each place in tf messages of one layout.
 
     Raises:
         InputError: A message does not fit its definition.
 
     """
-    stamps, values = np.empty(len(data), np.int64), np.empty((len(data), 3))
-    for part in kind.columns(data):
-        stamps[part.rows] = stamps_of(part, "header")
-        values[part.rows] = _columns(part, "linear_acceleration", "xyz")
-    return Accelerometer(stamps, values)
-
-
-def poses(kind: MessageType, data: Sequence[memoryview]) -> tuple[Trajectory, str]:
-    """Decode messages that hold one pose each; return the frame id of the first, too.
-
-    Raises:
-        InputError: A message does not fit its definition.
-
-    """
-    position, rotation = POSE_PATHS[kind.name]
-    stamps, values = np.empty(len(data), np.int64), np.empty((len(data), 7))
-    frame_id = ""
-    for part in kind.columns(data):
-        stamps[part.rows] = stamps_of(part, "header")
-        values[part.rows, :3] = _columns(part, position, "xyz")
-        values[part.rows, 3:] = _columns(part, rotation, "xyzw")
-        if 0 in part.rows:
-            frame_id = part.texts.get("header.frame_id", "")
-    return Trajectory(stamps, values[:, :3].copy(), values[:, 3:].copy()), frame_id
-
-
-def transforms(kind: MessageType, data: Sequence[memoryview], parent: str, child: str) -> Trajectory:
-    """Decode the transforms from one frame to another out of tf messages, in the order given."""
-    numbers: list[npt.NDArray[np.intp]] = [np.empty(0, np.intp)]
-    stamps: list[npt.NDArray[np.int64]] = [np.empty(0, np.int64)]
-    values: list[npt.NDArray[np.float64]] = [np.empty((0, 7))]
-    for part in kind.columns(data):
-        for path in (path for path in part.texts if path.endswith(".child_frame_id")):
-            prefix = path.removesuffix(".child_frame_id")
-            if part.texts[path] != child or part.texts.get(f"{prefix}.header.frame_id") != parent:
-                continue
-            numbers.append(part.rows)
-            stamps.append(stamps_of(part, f"{prefix}.header"))
-            translation = _columns(part, f"{prefix}.transform.translation", "xyz")
-            rotation = _columns(part, f"{prefix}.transform.rotation", "xyzw")
-            values.append(np.concatenate([translation, rotation], axis=1))
-    order = np.argsort(np.concatenate(numbers), kind="stable")
-    table = np.concatenate(values)[order]
-    return Trajectory(np.concatenate(stamps)[order], table[:, :3].copy(), table[:, 3:].copy())
+    for path in (path for path in part.texts if path.endswith(".child_frame_id")):
+        prefix = path.removesuffix(".child_frame_id")
+        translation = _columns(part, f"{prefix}.transform.translation", "xyz")
+        rotation = _columns(part, f"{prefix}.transform.rotation", "xyzw")
+        stamps = stamps_of(part, f"{prefix}.header")
+        yield (
+            part.texts[f"{prefix}.header.frame_id"],
+            part.texts[path],
+            Trajectory(stamps, translation, rotation),
+        )
 
 
 def stamps_of(part: Columns, header: str) -> npt.NDArray[np.int64]:

@@ -11,7 +11,7 @@ from tumtools.errors import UsageError
 from tumtools.formats.ros import messages
 from tumtools.formats.ros.layouts import METADATA_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
 from tumtools.formats.ros.signals import POSE_PATHS
-from tumtools.model.sequence import STREAMS, Loss
+from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, Loss
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,6 +40,9 @@ class Resolution:
         infos: Image stream -> channel of its CameraInfo.
         not_carried: Channels that are no part of a sequence.
         warnings: Streams that were left out because several topics could be meant.
+        transforms: Channels of transforms that the ground truth of a foreign recording is composed from.
+        frames: Between which frames, `world.camera`; empty to look for them, None if nobody asked for
+            transforms.
 
     """
 
@@ -47,6 +50,8 @@ class Resolution:
     infos: Mapping[str, Channel]
     not_carried: tuple[Loss, ...]
     warnings: tuple[str, ...] = field(default=())
+    transforms: tuple[Channel, ...] = ()
+    frames: str | None = None
 
 
 def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str]) -> Resolution:
@@ -64,8 +69,11 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
     chosen: dict[str, Channel] = {}
     warnings: list[str] = []
     by_topic = {channel.topic: channel for channel in recording.channels}
+    frames: str | None = None
     for stream in STREAMS:
         topic = options.topics.get(stream) or places.get(stream)
+        if stream == "groundtruth" and stream in options.topics:
+            topic, _, frames = options.topics[stream].partition(":")
         if topic:
             channel = by_topic.get(topic)
             if channel is None and stream not in options.topics:
@@ -86,18 +94,35 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
                 warnings.append(f"{text}; choose one with --topic {stream}=TOPIC")
             elif candidates:
                 chosen[stream] = candidates[0]
+    transforms = _transforms(recording, chosen, places)
+    if "groundtruth" not in chosen or not transforms:
+        frames = None
     infos = {
         stream: info for stream in chosen if (info := _info_channel(recording, chosen[stream])) is not None
     }
-    used = {channel.id for channel in (*chosen.values(), *infos.values())}
+    used = {channel.id for channel in (*chosen.values(), *infos.values(), *transforms)}
     rest = [
         channel for channel in recording.channels if channel.id not in used and not _ours(channel, places)
     ]
-    losses = tuple(
-        Loss(channel.topic, "messages not carried over", channel.count or 0, _why(channel))
-        for channel in rest
-    )
-    return Resolution(chosen, infos, losses, tuple(warnings))
+    losses = tuple(loss_of(channel) for channel in rest)
+    return Resolution(chosen, infos, losses, tuple(warnings), transforms, frames)
+
+
+def _transforms(
+    recording: Recording, chosen: Mapping[str, Channel], places: Mapping[str, str]
+) -> tuple[Channel, ...]:
+    """Return the channels of transforms, if the ground truth was asked for there or is nowhere else."""
+    groundtruth = chosen.get("groundtruth")
+    if groundtruth is None:
+        wanted = not places and any(stream in chosen for stream in IMAGE_STREAMS)
+    else:
+        wanted = groundtruth.type in TF_TYPES and places.get("groundtruth") != groundtruth.topic
+    return tuple(c for c in recording.channels if wanted and c.type in TF_TYPES and c.count != 0)
+
+
+def loss_of(channel: Channel) -> Loss:
+    """Say that the messages of a channel are left alone."""
+    return Loss(channel.topic, "messages not carried over", channel.count or 0, _why(channel))
 
 
 def _asked_for(recording: Recording, stream: str, topic: str, channel: Channel | None) -> Channel:

@@ -85,8 +85,9 @@ def parse_bag_info(content: bytes | str, path: Path | str) -> BagInfo:
         raise InputError(f"not valid YAML: {error.problem}", path=path, location=line) from error
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise InputError(f"not valid YAML: {error}", path=path) from error
-    root = document.get(_ROOT) if isinstance(document, dict) else None
-    if not isinstance(root, dict):
+    root = document.get(_ROOT, document) if isinstance(document, dict) else None
+    # The copy in a sqlite3 file begins with what is below the root.
+    if not isinstance(root, dict) or "storage_identifier" not in root:
         raise InputError(f"no {_ROOT!r}, so it does not describe a ROS 2 recording", path=path)
     files, topics = root.get("relative_file_paths"), root.get("topics_with_message_count") or []
     if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
@@ -162,8 +163,8 @@ class Tally:
 
 def format_bag_info(
     summary: Summary, *, storage: str, ros_distro: str, custom_data: Mapping[str, str]
-) -> str:
-    """Return the text of the file, in the version that a release of ROS 2 reads."""
+) -> tuple[str, str]:
+    """Return the text of the file in the version that a release of ROS 2 reads, and the copy for sqlite3."""
     version = DISTRO_VERSIONS[ros_distro]
     total, duration = sum(summary.counts), summary.end - summary.start
     start = f"starting_time:\n    nanoseconds_since_epoch: {summary.start}\n"
@@ -191,7 +192,8 @@ def format_bag_info(
         lines += [f"  {quoted(key)}: {quoted(value)}\n" for key, value in sorted(custom_data.items())]
     if version >= _ROS_DISTRO:
         lines.append(f"ros_distro: {ros_distro}\n")
-    return f"{_ROOT}:\n" + textwrap.indent("".join(lines), "  ")
+    text = "".join(lines)
+    return f"{_ROOT}:\n" + textwrap.indent(text, "  "), text
 
 
 def _format_topic(channel: OutChannel, count: int, version: int) -> str:

@@ -47,11 +47,12 @@ class SqliteRecording(Recording):
     def __init__(self, path: Path, *, salvage: bool = False) -> None:
         self.path = str(path)
         self._file = path
+        self._salvage = salvage
         _check_file(path)
         with self._database() as database:
             _check_tables(path, database)
             topics = _topics(database)
-            self.metadata = _metadata(database, path)
+            self.metadata = None if salvage else _metadata(database, path)
             self._rows, self.warnings = _rows(database, path, salvage=salvage)
         ids, counts = np.unique(self._rows["topic"], return_counts=True)
         count_of = dict(zip(ids.tolist(), counts.tolist(), strict=True))
@@ -117,7 +118,7 @@ class SqliteRecording(Recording):
     def _database(self) -> Iterator[sqlite3.Connection]:
         """Open the database; its errors become ours."""
         try:
-            with closing(_connect(self._file)) as database:
+            with closing(_connect(self._file, salvage=self._salvage)) as database:
                 yield database
         except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
             raise self._damage(f"the database is damaged: {error}") from error
@@ -135,7 +136,7 @@ def _check_file(path: Path) -> None:
         raise InputError(f"no sqlite3 database: it begins with {head!r}", path=path, location="offset 0")
 
 
-def _connect(path: Path) -> sqlite3.Connection:
+def _connect(path: Path, *, salvage: bool) -> sqlite3.Connection:
     # A log file beside the database belongs to it; without one nothing needs to be locked or written.
     immutable = "" if path.with_name(f"{path.name}-wal").exists() else "&immutable=1"
     uri = f"{path.absolute().as_uri()}?mode=ro{immutable}"
@@ -143,6 +144,9 @@ def _connect(path: Path) -> sqlite3.Connection:
     database = sqlite3.connect(uri, uri=True, check_same_thread=False, isolation_level=None)
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _MAX_MESSAGE_BYTES)
     database.execute("PRAGMA trusted_schema = OFF")
+    if salvage:
+        # Nothing is written: this makes SQLite go on with a file that is shorter than it should be.
+        database.execute("PRAGMA writable_schema = ON")
     database.execute("PRAGMA cell_size_check = ON")
     return database
 
@@ -201,7 +205,10 @@ def _metadata(database: sqlite3.Connection, path: Path) -> Mapping[str, str] | N
     row = database.execute("SELECT metadata FROM metadata ORDER BY id DESC LIMIT 1").fetchone()
     if row is None or not isinstance(row[0], str) or not row[0]:
         return None
-    return parse_bag_info(row[0], path).custom_data or None
+    try:
+        return parse_bag_info(row[0], path).custom_data or None
+    except InputError:
+        return None  # it is a copy; metadata.yaml counts
 
 
 def _rows(

@@ -38,7 +38,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     target.mkdir()
     file = target / f"{target.name}_0{_SUFFIXES[storage]}"
 
-    def describe() -> str:
+    def describe() -> tuple[str, str]:
         summary = tally.summary(file.name)
         return format_bag_info(summary, storage=storage, ros_distro=distro, custom_data=out.metadata)
 
@@ -58,11 +58,11 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
             file,
             out.channels,
             tally.watch(out.messages()),
-            describe=lambda: (DISTRO_VERSIONS[distro], describe()),
+            describe=lambda: (DISTRO_VERSIONS[distro], describe()[1]),
             ros_distro=distro,
             progress=progress,
         )
-    (target / FILE_NAME).write_text(describe(), encoding="ascii")
+    (target / FILE_NAME).write_text(describe()[0], encoding="ascii")
     return ()
 
 

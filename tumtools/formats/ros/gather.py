@@ -1,0 +1,259 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Read small signals, and the stamps of large ones, in a single pass over a recording.
+
+Messages are copied and decoded in batches: a view would keep a whole chunk of the recording in memory.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from tumtools.errors import InputError
+from tumtools.formats.ros import signals
+from tumtools.formats.ros.tf import TransformTree
+from tumtools.model.sequence import IMAGE_STREAMS
+from tumtools.model.signals import Accelerometer, Trajectory
+from tumtools.model.time import join_stamp
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+
+    import numpy.typing as npt
+
+    from tumtools.formats.ros.codec import Columns, MessageType
+    from tumtools.formats.ros.recording import Channel, RawMessage, Recording
+    from tumtools.formats.ros.topics import Resolution
+
+_BATCH: Final = 2048
+_STAMP_OFFSET: Final = 4
+"""Of the header's stamp: behind the representation in CDR, behind the sequence number in ROS 1."""
+_STAMPS: Final = {"cdr": struct.Struct("<iI"), "ros1": struct.Struct("<II")}
+_BIG_ENDIAN_STAMP: Final = struct.Struct(">iI")
+
+
+class Collector:
+    """Takes the messages of one channel in order of log time.
+
+    Args:
+        kind: Decodes them.
+        take: Called with decoded messages; their `rows` count all messages of the channel.
+
+    """
+
+    def __init__(self, kind: MessageType, take: Callable[[Columns], None]) -> None:
+        self._kind = kind
+        self._take = take
+        self._waiting: list[memoryview] = []
+        self._done = 0
+
+    def add(self, message: RawMessage) -> None:
+        """Take a message."""
+        self._waiting.append(memoryview(bytes(message.data)))
+        if len(self._waiting) >= _BATCH:
+            self.flush()
+
+    def flush(self) -> None:
+        """Decode what waits.
+
+        Raises:
+            InputError: A message does not fit its definition.
+
+        """
+        for part in self._kind.columns(self._waiting):
+            self._take(replace(part, rows=part.rows + self._done))
+        self._done += len(self._waiting)
+        self._waiting.clear()
+
+
+class AccelerometerCollector(Collector):
+    """Collects accelerations."""
+
+    def __init__(self, kind: MessageType) -> None:
+        super().__init__(kind, self._add)
+        self._parts: list[tuple[npt.NDArray[np.intp], Accelerometer]] = []
+
+    def _add(self, part: Columns) -> None:
+        self._parts.append((part.rows, signals.accelerations_in(part)))
+
+    def result(self) -> Accelerometer:
+        """Return all rows."""
+        self.flush()
+        order = _order([rows for rows, _ in self._parts])
+        parts = [Accelerometer.empty(), *(part for _, part in self._parts)]
+        stamps, values = (np.concatenate([getattr(p, name) for p in parts]) for name in ("stamps", "values"))
+        return Accelerometer(stamps, values).take(order)
+
+
+class PoseCollector(Collector):
+    """Collects poses of messages with one pose each, or of the transforms to some frames.
+
+    Attributes:
+        frame_id: Frame that the first pose is given in.
+
+    """
+
+    def __init__(self, kind: MessageType, bodies: frozenset[str] = frozenset()) -> None:
+        super().__init__(kind, self._add)
+        self._bodies = bodies
+        self._parts: list[tuple[npt.NDArray[np.intp], Trajectory]] = []
+        self.frame_id = ""
+
+    def _add(self, part: Columns) -> None:
+        if self._kind.name in signals.POSE_PATHS:
+            found = [(part.texts.get("header.frame_id", ""), signals.poses_in(self._kind.name, part))]
+        else:
+            triples = signals.transforms_in(part)
+            found = [(parent, poses) for parent, child, poses in triples if child in self._bodies]
+        for frame_id, poses in found:
+            if not self._parts or part.rows[0] < self._parts[0][0][0]:
+                self.frame_id = frame_id
+            self._parts.append((part.rows, poses))
+
+    def result(self) -> Trajectory:
+        """Return all rows."""
+        self.flush()
+        order = _order([rows for rows, _ in self._parts])
+        parts = [Trajectory.empty(), *(part for _, part in self._parts)]
+        names = ("stamps", "positions", "quaternions")
+        return Trajectory(*(np.concatenate([getattr(part, name) for part in parts]) for name in names)).take(
+            order
+        )
+
+
+def _order(rows: list[npt.NDArray[np.intp]]) -> npt.NDArray[np.intp]:
+    """Return in which order the rows of all parts came."""
+    return np.argsort(np.concatenate([np.empty(0, np.intp), *rows]), kind="stable")
+
+
+class TransformCollector(Collector):
+    """Collects transforms into a tree that several channels may share."""
+
+    def __init__(self, kind: MessageType, tree: TransformTree) -> None:
+        super().__init__(kind, tree.add)
+
+
+Times = tuple["npt.NDArray[np.int64]", "npt.NDArray[np.int64]"]
+"""Log times and header stamps of the messages of an image stream, in order of log time."""
+
+
+@dataclass(slots=True)
+class Gathered:
+    """What one pass over a recording gives.
+
+    Attributes:
+        accelerometer: None if there is no channel for it.
+        poses: Ground truth of a channel with poses, or of our own transforms; None if there is none.
+        frame_id: Frame that the poses are given in.
+        tree: Transforms that the ground truth of a foreign recording is composed from.
+        times: Image stream -> log times and header stamps, of foreign recordings.
+
+    """
+
+    accelerometer: Accelerometer | None = None
+    poses: Trajectory | None = None
+    frame_id: str = ""
+    tree: TransformTree = field(default_factory=TransformTree)
+    times: dict[str, Times] = field(default_factory=dict)
+
+
+class _StampCollector:
+    """Collects log times and header stamps."""
+
+    def __init__(self) -> None:
+        self._found: list[tuple[int, int]] = []
+
+    def add(self, message: RawMessage) -> None:
+        self._found.append((message.log_time, header_stamp(message)))
+
+    def flush(self) -> None:
+        """Do nothing: nothing waits."""
+
+    def result(self) -> Times:
+        table = np.array(self._found, np.int64).reshape(-1, 2)
+        return table[:, 0].copy(), table[:, 1].copy()
+
+
+def gather(
+    recording: Recording,
+    resolution: Resolution,
+    type_of: Callable[[Channel], MessageType],
+    named: Callable[[Channel, int | None], AbstractContextManager[None]],
+    *,
+    bodies: frozenset[str],
+    stamps: bool,
+) -> Gathered:
+    """Read the signals, and the header stamps of images if they are wanted.
+
+    Args:
+        recording: Is read once.
+        resolution: Which channel is what.
+        type_of: Gives the codec of a channel.
+        named: Puts the channel and the log time into errors.
+        bodies: Frames whose own transforms are the ground truth.
+        stamps: Whether the header stamps of images are wanted.
+
+    Raises:
+        InputError: A message does not fit its definition.
+
+    """
+    result = Gathered()
+    collectors = _collectors(resolution, type_of, result.tree, bodies)
+    if stamps:
+        images = {resolution.channels[stream] for stream in IMAGE_STREAMS if stream in resolution.channels}
+        collectors |= {channel.id: _StampCollector() for channel in images}
+    wanted = [channel for channel in recording.channels if channel.id in collectors]
+    for message in recording.messages(wanted):
+        with named(message.channel, message.log_time):
+            collectors[message.channel.id].add(message)
+    for channel in wanted:
+        with named(channel, None):
+            collectors[channel.id].flush()
+    for stream, channel in resolution.channels.items():
+        collector = collectors.get(channel.id)
+        if isinstance(collector, _StampCollector):
+            result.times[stream] = collector.result()
+        elif isinstance(collector, AccelerometerCollector):
+            result.accelerometer = collector.result()
+        elif isinstance(collector, PoseCollector):
+            result.poses, result.frame_id = collector.result(), collector.frame_id
+    return result
+
+
+def _collectors(
+    resolution: Resolution,
+    type_of: Callable[[Channel], MessageType],
+    tree: TransformTree,
+    bodies: frozenset[str],
+) -> dict[int, Collector | _StampCollector]:
+    """Return what takes the messages of the signals, by channel."""
+    channels = resolution.channels
+    result: dict[int, Collector | _StampCollector] = {
+        channel.id: TransformCollector(type_of(channel), tree) for channel in resolution.transforms
+    }
+    if "accelerometer" in channels:
+        result[channels["accelerometer"].id] = AccelerometerCollector(type_of(channels["accelerometer"]))
+    if "groundtruth" in channels and not resolution.transforms:
+        result[channels["groundtruth"].id] = PoseCollector(type_of(channels["groundtruth"]), bodies)
+    return result
+
+
+def header_stamp(message: RawMessage) -> int:
+    """Read the header's stamp without decoding the message.
+
+    Raises:
+        InputError: The message is too short.
+
+    """
+    data = message.data
+    if len(data) < _STAMP_OFFSET + 8:
+        raise InputError("a message that is too short for a header")
+    kind = _STAMPS[message.channel.encoding]
+    if message.channel.encoding == "cdr" and not data[1] & 1:
+        kind = _BIG_ENDIAN_STAMP
+    return join_stamp(*kind.unpack_from(data, _STAMP_OFFSET))

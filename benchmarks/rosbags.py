@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import resource
 import shutil
 import sys
 import tempfile
@@ -73,10 +72,9 @@ def compare(
     peer, peer_memory = best(theirs, targets[1], runs)
     quick, memory = best([*ours, "--no-verify"], targets[0], runs)
     checked, _ = best(ours, targets[0], runs)
-    print(
-        f"{title:32} {quick:7.2f} s {checked:8.2f} s {peer:7.2f} s {peer / quick:7.1f} x {peer / checked:7.1f} x"
-        f" {memory:7.0f} MB {peer_memory:6.0f} MB"
-    )
+    times = f"{quick:7.2f} s {checked:8.2f} s {peer:7.2f} s"
+    ratios = f"{peer / quick:7.1f} x {peer / checked:7.1f} x"
+    print(f"{title:28} {times} {ratios} {memory:7.0f} MB {peer_memory:6.0f} MB")
 
 
 def main() -> None:
@@ -90,9 +88,8 @@ def main() -> None:
         work = Path(name)
         sequence = work / SEQUENCE.name
         shutil.copytree(SEQUENCE, sequence)
-        print(
-            f"{'':32} {'ours':>9} {'verified':>10} {'peer':>9} {'ratio':>9} {'verified':>9} {'memory':>10} {'peer':>9}"
-        )
+        columns = ("ours", "verified", "peer", "ratio", "verified", "memory", "peer")
+        print(" " * 28 + "".join(f"{column:>10}" for column in columns))
         bags = work / "ours.bag", work / "theirs.bag"
         peer: list[str | Path] = [PEER_PYTHON, PEERS / "tum_to_bag_naive.py", sequence, bags[1]]
         compare("tum -> rosbag1 raw", convert(sequence, bags[0], "rosbag1"), peer, bags, runs)
@@ -100,9 +97,8 @@ def main() -> None:
         peer = [PEER_PYTHON, PEERS / "bag_to_tum_naive.py", bags[0], folders[1]]
         compare("rosbag1 raw -> tum", convert(bags[0], folders[0], "tum"), peer, folders, runs)
         sizes = [image_bytes(folder) for folder in (*folders, sequence)]
-        print(
-            f"  images: {sizes[0] / sizes[1]:.3f} of the peer's bytes, {sizes[0] / sizes[2]:.3f} of the source's"
-        )
+        of_peer, of_source = sizes[0] / sizes[1], sizes[0] / sizes[2]
+        print(f"  images: {of_peer:.3f} of the peer's bytes, {of_source:.3f} of the source's")
         recordings = work / "ours.mcap", work / "theirs_mcap"
         peer = [ROSBAGS_CONVERT, "--src", bags[0], "--dst", recordings[1], "--dst-storage", "mcap"]
         ours = convert(bags[0], recordings[0], "mcap", "--color-encoding", "rgb8", "--compression", "none")
@@ -119,9 +115,6 @@ def main() -> None:
                 f"tum -> rosbag1 {compression}: {seconds:.2f} s, {memory:.0f} MB; "
                 f"back: {back:.2f} s, {back_memory:.0f} MB; {target.stat().st_size / 2**20:.0f} MiB"
             )
-    print(
-        f"largest memory of any program: {resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MB"
-    )
 
 
 if __name__ == "__main__":

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 COUNTS: Final = 65_536
 NO_READING_ELSEWHERE: Final = 65_535
 """What other cameras write for "no reading", where the benchmark has 0."""
-_ROW_STEP: Final = 16
+_SAMPLED_ROWS: Final = 30
+_LEAST_PAIRS: Final = 500
+"""Fewer neighbours with readings say nothing about the order of bytes."""
 _COLOUR_STEP: Final = 8
 _GREY_CHANNELS: Final = 2
 
@@ -149,7 +151,7 @@ def depth_counts(pixels: npt.NDArray[np.generic]) -> npt.NDArray[np.uint16]:
     if pixels.dtype.kind == "f":
         with np.errstate(invalid="ignore"):
             scaled = np.nan_to_num(pixels.astype(np.float64) * 1000, nan=0.0, posinf=0.0, neginf=0.0)
-        return np.clip(np.rint(scaled), 0, COUNTS - 1).astype(np.uint16)
+        return np.clip(np.rint(scaled), 0, NO_READING_ELSEWHERE - 1).astype(np.uint16)
     return pixels.astype(np.uint16, copy=False)
 
 
@@ -175,9 +177,9 @@ def _measure_depth(pixels: npt.NDArray[np.generic]) -> tuple[DepthFacts, npt.NDA
 
 def _swapped_ratio(counts: npt.NDArray[np.uint16]) -> float:
     """Compare the mean step between neighbours as they stand and with their bytes swapped."""
-    rows = counts[::_ROW_STEP]
+    rows = counts[:: max(1, len(counts) // _SAMPLED_ROWS)]
     both = (rows[:, 1:] > 0) & (rows[:, :-1] > 0)
-    if not both.any():
+    if int(both.sum()) < _LEAST_PAIRS:
         return 0.0
     steps = [
         float(np.abs(np.diff(values.astype(np.int32), axis=1))[both].mean())

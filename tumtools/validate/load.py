@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from tumtools.errors import InputError
 from tumtools.formats import registry
 from tumtools.formats.options import Progress, ReadOptions, no_progress
+from tumtools.formats.ros.incoming import RosSequence
+from tumtools.formats.ros.inspection import inspect
 from tumtools.formats.tum.reader import TrajectoryFile, TumSequence, open_tolerant
 from tumtools.images.parallel import ordered_map
 from tumtools.sources import locate
@@ -87,7 +89,6 @@ def _describe(subject: Subject, sequence: Sequence) -> None:
     subject.info = sequence.info
     subject.stamps = {stream: sequence.image_stamps(stream) for stream in sequence.info.images}
     subject.groundtruth, subject.accelerometer = sequence.groundtruth, sequence.accelerometer
-    subject.cameras = sequence.cameras
     if isinstance(sequence, TrajectoryFile):
         subject.texts = {"groundtruth": TextFile("", sequence.table)}
         head = sequence.table.layout.head.lower()
@@ -98,6 +99,11 @@ def _describe(subject: Subject, sequence: Sequence) -> None:
             for stream, name in sequence.files.items()
         }
         subject.sizes, subject.names = sequence.sizes, sequence.names
+    elif isinstance(sequence, RosSequence):
+        try:
+            subject.recording = inspect(sequence)
+        except InputError as error:
+            subject.damage.append(error)
 
 
 def _measure(subject: Subject, sequence: Sequence, jobs: int, progress: Progress) -> None:

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from tumtools.errors import InputError
+    from tumtools.formats.ros.inspection import RecordingFacts
     from tumtools.formats.tum.text import Problem, Table
-    from tumtools.model.camera import CameraInfo
     from tumtools.model.sequence import SequenceInfo
     from tumtools.model.signals import Accelerometer, Trajectory
     from tumtools.validate.frames import FrameFacts
@@ -100,7 +100,7 @@ class Subject:
         stamps: Stamps of each image stream, in file order.
         groundtruth: Poses.
         accelerometer: Accelerations.
-        cameras: Intrinsics that the source carries.
+        recording: What a recording of ROS says beyond the sequence in it; None for other formats.
         is_estimate: It is a trajectory on its own that does not claim to be ground truth.
         frames: Facts of the images that were looked at, by stream, in order of time.
         depth_histogram: How often each depth count occurs, shape [65536].
@@ -119,7 +119,7 @@ class Subject:
     stamps: Mapping[str, Stamps] = field(default_factory=dict)
     groundtruth: Trajectory | None = None
     accelerometer: Accelerometer | None = None
-    cameras: Mapping[str, CameraInfo] = field(default_factory=dict)
+    recording: RecordingFacts | None = None
     is_estimate: bool = False
     frames: dict[str, list[FrameFacts]] = field(default_factory=dict)
     depth_histogram: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(COUNTS, np.int64))

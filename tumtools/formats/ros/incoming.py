@@ -33,7 +33,7 @@ from tumtools.model.sequence import (
 from tumtools.model.signals import Accelerometer, Trajectory
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
 
     import numpy.typing as npt
 
@@ -113,6 +113,31 @@ class RosSequence(Sequence):
             not_carried=(*recording.not_carried, *self._resolution.not_carried, *self._unused),
             warnings=recording.warnings + self._resolution.warnings + tuple(self._notes),
         )
+
+    @property
+    def channels(self) -> Mapping[str, Channel]:
+        """The channel of each stream."""
+        return self._channels
+
+    @property
+    def info_channels(self) -> Mapping[str, Channel]:
+        """The channel of the CameraInfo of each image stream that has one."""
+        return self._resolution.infos
+
+    def decode(self, channels: Collection[Channel]) -> Iterator[Message]:
+        """Yield the decoded messages of channels, in order of log time.
+
+        Raises:
+            InputError: The recording is damaged.
+
+        """
+        for message in self._recording.messages(channels):
+            with self._named(message.channel, message.log_time):
+                yield self._type(message.channel).decode(message.data)
+
+    def times(self, stream: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Return header stamps and log times of an image stream, in order of log time."""
+        return self._log_stamps[stream], self._recording.log_times(self._channels[stream])
 
     @contextmanager
     def _named(self, channel: Channel | None = None, stamp: int | None = None) -> Iterator[None]:

@@ -7,10 +7,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import MissingInputError
-from tumtools.model.sequence import IMAGE_STREAMS
 from tumtools.validate.finding import NOWHERE, Place, Severity
 from tumtools.validate.rule import Found, Limit, Needs, rule
-from tumtools.validate.rules.depth import ROS_FORMATS, declared_by_encoding, name_factor
+from tumtools.validate.rules.depth import declared_by_encoding, name_factor
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,22 +47,58 @@ def container_damaged(subject: Subject, limits: Limits) -> Iterator[Found]:
 
 
 @rule(
+    "TUM702",
+    "container-order",
+    Severity.WARNING,
+    title="Messages were recorded out of order, or at other times than their header says.",
+    why="Players go by the time of recording: frames come out of order, streams are shifted.",
+    how=(
+        "Header stamps are compared in the order of recording, and with the time of recording. A recording "
+        "made from a live camera lags behind by some milliseconds: below the second limit that is an "
+        "information only."
+    ),
+    mend="Convert: tumtools writes both times the same, in order.",
+    limits={
+        "milliseconds": Limit(1, "ms", "largest difference of both times that is not mentioned"),
+        "seconds": Limit(1, "s", "largest difference that is an information only"),
+    },
+)
+def container_order(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Compare header stamps with their order and time of recording."""
+    for stream, times in (subject.recording.times if subject.recording else {}).items():
+        if times.backwards:
+            yield Found(
+                f"{times.backwards} messages of {stream} were recorded before one with an earlier stamp",
+                Place(stream=stream, row=times.first_backwards),
+                measured=str(times.backwards),
+                expected="0",
+            )
+        apart = times.largest_difference / 1e6
+        if apart > limits["milliseconds"]:
+            yield Found(
+                f"the header stamps of {stream} are up to {apart:.1f} ms off the time of recording",
+                Place(stream=stream),
+                measured=f"{apart:.3f} ms",
+                expected=f"at most {limits['milliseconds']:g} ms",
+                severity=None if apart > 1e3 * limits["seconds"] else Severity.INFO,
+            )
+
+
+@rule(
     "TUM703",
     "frame-id-slash",
     Severity.WARNING,
     title="A frame id begins with a slash in a ROS 2 recording.",
     why="tf2 of ROS 2 refuses such names; the transforms do not connect.",
-    how="The frame ids of all streams are looked at.",
+    how="The frame ids of the first messages are looked at.",
     mend="Convert with `--layout modern`, or name the frames with `--frame-id`.",
 )
 def frame_id_slash(subject: Subject, limits: Limits) -> Iterator[Found]:
     """Look at the frame ids."""
     del limits
-    if subject.format not in _ROS2_FORMATS or subject.info is None:
+    if subject.format not in _ROS2_FORMATS or subject.recording is None:
         return
-    ids = dict(subject.info.frame_ids)
-    ids |= {stream: info.frame_id for stream, info in subject.info.images.items() if info.frame_id}
-    for stream, frame_id in ids.items():
+    for stream, frame_id in subject.recording.frame_ids.items():
         if frame_id.startswith("/"):
             yield Found(f"the frame id is {frame_id!r}", Place(stream=stream), measured=frame_id)
 
@@ -113,31 +148,36 @@ def depth_encoding(subject: Subject, limits: Limits) -> Iterator[Found]:
     Severity.ERROR,
     title="The camera's calibration is missing or cannot be right.",
     why="Nothing can be projected without it; a calibration of another image size is off by its ratio.",
-    how="Each image stream of a ROS recording needs a CameraInfo of its size with a plausible K.",
+    how=(
+        "Each image stream of a ROS recording needs a CameraInfo of its size, with a plausible "
+        "K, in ROS 2 spelling."
+    ),
     mend="Convert with `--camera`.",
 )
 def camera_info(subject: Subject, limits: Limits) -> Iterator[Found]:
     """Look at the calibrations."""
     del limits
-    if subject.format not in ROS_FORMATS or subject.info is None:
+    if subject.recording is None or subject.info is None:
         return
-    for stream in IMAGE_STREAMS:
-        images = subject.info.images.get(stream)
-        if images is None:
-            continue
-        camera = subject.cameras.get(stream)
+    for stream, camera in subject.recording.cameras.items():
+        images = subject.info.images[stream]
+        problem = "" if camera is None else _implausible(camera)
         if camera is None:
             yield Found("the stream has no CameraInfo", Place(stream=stream), severity=Severity.WARNING)
         elif images.width and (camera.width, camera.height) != (images.width, images.height):
             yield Found(
-                f"CameraInfo is of {camera.width}x{camera.height} pixels, the images have "
-                f"{images.width}x{images.height}",
+                f"CameraInfo is of {camera.width}x{camera.height} pixels, "
+                f"the images have {images.width}x{images.height}",
                 Place(stream=stream),
             )
-        else:
-            problem = _implausible(camera)
-            if problem:
-                yield Found(problem, Place(stream=stream))
+        elif problem:
+            yield Found(problem, Place(stream=stream))
+    for topic in subject.recording.old_definitions:
+        yield Found(
+            f"the definition of {topic} names its fields D, K, R, P as ROS 1 does; readers of "
+            f"ROS 2 expect d, k, r, p",
+            NOWHERE,
+        )
 
 
 def _implausible(camera: CameraInfo) -> str:
@@ -150,4 +190,4 @@ def _implausible(camera: CameraInfo) -> str:
     return ""
 
 
-RULES = (container_damaged, frame_id_slash, depth_encoding, camera_info)
+RULES = (container_damaged, container_order, frame_id_slash, depth_encoding, camera_info)

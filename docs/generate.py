@@ -12,6 +12,8 @@ import click
 
 from tumtools.cli.main import COMMANDS, cli
 from tumtools.formats.registry import FORMATS
+from tumtools.validate.document import describe
+from tumtools.validate.rules import RULES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,7 +24,12 @@ NOTE = "<!-- Made by docs/generate.py; do not edit. -->\n\n"
 
 def pages() -> dict[Path, str]:
     """Return the text of each generated page, by its path."""
-    return {DOCS / "reference" / "cli.md": command_line(), DOCS / "reference" / "formats.md": formats()}
+    reference = DOCS / "reference"
+    return {
+        reference / "cli.md": command_line(),
+        reference / "formats.md": formats(),
+        reference / "rules.md": rules(),
+    }
 
 
 def command_line() -> str:
@@ -74,6 +81,15 @@ def formats() -> str:
                 for name, values in choices.items()
             ]
     return NOTE + "\n".join(lines) + "\n"
+
+
+def rules() -> str:
+    """Return the page of the rules of `validate`: a table, then each rule as it documents itself."""
+    lines = ["# Rules of `validate`\n", "| code | name | severity | what it finds |", "|---|---|---|---|"]
+    for rule in RULES.values():
+        link = f"[{rule.code}](#{rule.code.lower()}-{rule.slug})"
+        lines.append(f"| {link} | {rule.slug} | {rule.severity.word} | {rule.title} |")
+    return NOTE + "\n".join(lines) + "\n\n" + "\n".join(describe(rule, "##") for rule in RULES.values())
 
 
 def main() -> None:

@@ -37,7 +37,7 @@ READINGS: Final[dict[str, tuple[tuple[int, int, int, int], bool]]] = {
 AVERAGING_SECONDS: Final = 0.1
 MIN_ROWS: Final = 30
 """Fewer poses with accelerations around them are not looked at."""
-_STEPS: Final = 60
+_STEPS: Final = 100
 _TOLERANCE: Final = 1e-9
 _STARTS: Final = np.array(
     [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 1], [-1, 1, -1]], np.float64
@@ -64,11 +64,7 @@ class GravityFit:
 
 
 def fit_gravity(
-    groundtruth: Trajectory,
-    accelerometer: Accelerometer,
-    reading: str = XYZW,
-    shift_seconds: float = 0.0,
-    start: tuple[float, float, float] | None = None,
+    groundtruth: Trajectory, accelerometer: Accelerometer, reading: str = XYZW, shift_seconds: float = 0.0
 ) -> GravityFit | None:
     """Fit the accelerometer's mounting and the direction of gravity.
 
@@ -77,26 +73,23 @@ def fit_gravity(
         accelerometer: Accelerations.
         reading: How the quaternions are meant, a key of `READINGS`.
         shift_seconds: Added to the accelerometer's stamps.
-        start: Direction to start from, where it is known roughly; several are tried otherwise.
 
     Returns:
         The best fit, or None if fewer than `MIN_ROWS` poses have a valid quaternion and accelerations
         around them.
 
     """
-    prepared = _prepare(groundtruth, accelerometer, shift_seconds)
-    if prepared is None:
-        return None
-    quaternions, directions = prepared
-    order, inverse = READINGS[reading]
-    starts = _STARTS if start is None else np.array([start])
-    return _fit(_matrices(quaternions[:, order], inverse), directions, starts)
+    problem = _pose(groundtruth, accelerometer, shift_seconds)
+    return None if problem is None else _solve([problem.read_as(reading)], _STARTS)[0]
 
 
 def fit_readings(groundtruth: Trajectory, accelerometer: Accelerometer) -> dict[str, GravityFit]:
     """Return the fit of each of `READINGS`; empty if there are too few rows."""
-    fits = {reading: fit_gravity(groundtruth, accelerometer, reading) for reading in READINGS}
-    return {reading: fit for reading, fit in fits.items() if fit is not None}
+    problem = _pose(groundtruth, accelerometer, 0.0)
+    if problem is None:
+        return {}
+    fits = _solve([problem.read_as(reading) for reading in READINGS], _STARTS)
+    return dict(zip(READINGS, fits, strict=True))
 
 
 def estimate_offset(groundtruth: Trajectory, accelerometer: Accelerometer) -> tuple[float, float] | None:
@@ -112,13 +105,12 @@ def estimate_offset(groundtruth: Trajectory, accelerometer: Accelerometer) -> tu
     unshifted = fit_gravity(groundtruth, accelerometer)
     if unshifted is None:
         return None
+    start = np.array([unshifted.up])
 
     def squares(shifts: Floats) -> Floats:
-        fits = [
-            fit_gravity(groundtruth, accelerometer, shift_seconds=shift, start=unshifted.up)
-            for shift in shifts.tolist()
-        ]
-        return np.array([np.inf if fit is None else fit.rms_degrees**2 for fit in fits])
+        problems = [_pose(groundtruth, accelerometer, shift) for shift in shifts.tolist()]
+        fits = iter(_solve([problem for problem in problems if problem is not None], start))
+        return np.array([np.inf if problem is None else next(fits).rms_degrees ** 2 for problem in problems])
 
     coarse = np.arange(-_SEARCH_SECONDS, _SEARCH_SECONDS + _COARSE_SECONDS / 2, _COARSE_SECONDS)
     rough = squares(coarse)
@@ -137,10 +129,33 @@ def estimate_offset(groundtruth: Trajectory, accelerometer: Accelerometer) -> tu
     return float(fine[middle] + vertex * _FINE_SECONDS), contrast
 
 
-def _prepare(
-    groundtruth: Trajectory, accelerometer: Accelerometer, shift_seconds: float
-) -> tuple[Floats, Floats] | None:
-    """Return the usable quaternions, normalised, and the mean acceleration around each as unit vectors."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Problem:
+    """Unit quaternions [n, 4] and, as unit vectors, the mean acceleration around each [n, 3]."""
+
+    quaternions: Floats
+    directions: Floats
+    inverse: bool = False
+
+    def read_as(self, reading: str) -> _Problem:
+        """Return the problem for another reading of the quaternions."""
+        order, inverse = READINGS[reading]
+        return _Problem(self.quaternions[:, order], self.directions, inverse)
+
+    @property
+    def matrices(self) -> Floats:
+        """Rotation matrices, shape [n, 3, 3]."""
+        x, y, z, w = self.quaternions.T
+        rows = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+        return np.array(rows).transpose((2, 1, 0) if self.inverse else (2, 0, 1))
+
+
+def _pose(groundtruth: Trajectory, accelerometer: Accelerometer, shift_seconds: float) -> _Problem | None:
+    """Return what is usable of the rows; None if that is too little."""
     order = np.argsort(accelerometer.stamps, kind="stable")
     stamps = accelerometer.stamps[order] + round(shift_seconds * 1e9)
     values = accelerometer.values[order]
@@ -158,48 +173,48 @@ def _prepare(
         usable = (count > 0.5 * typical) & (norms > 0) & np.isfinite(lengths) & (lengths > 0)
     if int(usable.sum()) < MIN_ROWS:
         return None
-    return (
-        groundtruth.quaternions[usable] / lengths[usable, None],
-        means[usable] / norms[usable, None],
+    return _Problem(
+        groundtruth.quaternions[usable] / lengths[usable, None], means[usable] / norms[usable, None]
     )
 
 
-def _matrices(quaternions: Floats, inverse: bool) -> Floats:
-    """Return rotation matrices [n, 3, 3] of unit quaternions x y z w."""
-    x, y, z, w = quaternions.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+def _solve(problems: list[_Problem], starts: Floats) -> list[GravityFit]:
+    """Solve several problems at once, each from all starts, shape [s, 3]."""
+    if not problems:
+        return []
+    matrices = [problem.matrices for problem in problems]
+    pairs = zip(matrices, problems, strict=True)
+    moments = np.stack([np.einsum("ijk,il->jkl", matrix, one.directions) for matrix, one in pairs])
+    rows = max(len(problem.directions) for problem in problems)
+    ups = np.broadcast_to(
+        starts / np.linalg.norm(starts, axis=1, keepdims=True), (len(problems), *starts.shape)
+    )
+    values = np.zeros(ups.shape[:2])
+    for _ in range(_STEPS):
+        mountings = _procrustes(np.einsum("psj,pjkl->pskl", ups, moments))
+        pulls = np.einsum("pjkl,pskl->psj", moments, mountings)
+        before, values = values, np.linalg.norm(pulls, axis=2)
+        ups = pulls / np.maximum(values, 1e-300)[..., None]
+        if float((values - before).max()) < _TOLERANCE * rows:
+            break
+    best = np.argmax(values, axis=1)
+    return [
+        _judge(matrix, one.directions, mountings[number, start], ups[number, start])
+        for number, (matrix, one, start) in enumerate(zip(matrices, problems, best.tolist(), strict=True))
     ]
-    return np.array(rows).transpose((2, 1, 0) if inverse else (2, 0, 1))
 
 
-def _fit(matrices: Floats, directions: Floats, starts: Floats) -> GravityFit:
-    moment = np.einsum("ijk,il->jkl", matrices, directions)
-    best_value, best_mounting, best_up = -np.inf, np.eye(3), starts[0]
-    for start in starts:
-        up = start / np.linalg.norm(start)
-        value = -np.inf
-        for _ in range(_STEPS):
-            mounting = _procrustes(np.einsum("j,jkl->kl", up, moment))
-            pull = np.einsum("jkl,kl->j", moment, mounting)
-            before, value = value, float(np.linalg.norm(pull))
-            up = pull / max(value, 1e-300)
-            if value - before < _TOLERANCE * len(directions):
-                break
-        if value > best_value:
-            best_value, best_mounting, best_up = value, mounting, up
-    in_world = np.einsum("ijk,ik->ij", matrices, directions @ best_mounting.T)
-    cosines = np.clip(in_world @ best_up, -1, 1)
-    rms = float(np.degrees(np.sqrt(np.mean(np.arccos(cosines) ** 2))))
-    x, y, z = (float(value) for value in best_up)
-    return GravityFit(rms, (x, y, z), len(directions))
+def _judge(matrices: Floats, directions: Floats, mounting: Floats, up: Floats) -> GravityFit:
+    in_world = np.einsum("ijk,ik->ij", matrices, directions @ mounting.T)
+    angles = np.arccos(np.clip(in_world @ up, -1, 1))
+    x, y, z = (float(value) for value in up)
+    return GravityFit(float(np.degrees(np.sqrt(np.mean(angles**2)))), (x, y, z), len(directions))
 
 
-def _procrustes(moment: Floats) -> Floats:
-    """Return the rotation C that maximises sum(C * moment)."""
-    left, _, right = np.linalg.svd(moment)
-    flip = np.array([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
-    rotation: Floats = (left * flip) @ right
-    return rotation
+def _procrustes(moments: Floats) -> Floats:
+    """Return the rotations C that maximise sum(C * moment), for each of the last two axes."""
+    left, _, right = np.linalg.svd(moments)
+    flip = np.ones(moments.shape[:-1])
+    flip[..., 2] = np.sign(np.linalg.det(left) * np.linalg.det(right))
+    rotations: Floats = (left * flip[..., None, :]) @ right
+    return rotations

@@ -38,6 +38,8 @@ AVERAGING_SECONDS: Final = 0.1
 MIN_ROWS: Final = 30
 """Fewer poses with accelerations around them are not looked at."""
 _STEPS: Final = 100
+_ABSURD: Final = 1e100
+"""Squares of greater numbers overflow; such numbers, and NaN, are left out."""
 _TOLERANCE: Final = 1e-9
 _STARTS: Final = np.array(
     [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 1], [-1, 1, -1]], np.float64
@@ -158,24 +160,22 @@ def _pose(groundtruth: Trajectory, accelerometer: Accelerometer, shift_seconds: 
     """Return what is usable of the rows; None if that is too little."""
     order = np.argsort(accelerometer.stamps, kind="stable")
     stamps = accelerometer.stamps[order] + round(shift_seconds * 1e9)
-    values = accelerometer.values[order]
-    sums = np.concatenate([np.zeros((1, 3)), np.cumsum(np.nan_to_num(values), axis=0)])
+    values = np.where(np.abs(accelerometer.values[order]) < _ABSURD, accelerometer.values[order], 0)
+    sums = np.concatenate([np.zeros((1, 3)), np.cumsum(values, axis=0)])
     half = round(AVERAGING_SECONDS * 1e9 / 2)
     first = np.searchsorted(stamps, groundtruth.stamps - half)
     last = np.searchsorted(stamps, groundtruth.stamps + half, side="right")
     count = last - first
     means = (sums[last] - sums[first]) / np.maximum(count, 1)[:, None]
     norms = np.linalg.norm(means, axis=1)
-    lengths = np.linalg.norm(groundtruth.quaternions, axis=1)
+    quaternions = np.where(np.abs(groundtruth.quaternions) < _ABSURD, groundtruth.quaternions, 0)
+    lengths = np.linalg.norm(quaternions, axis=1)
     # Half of the window must be there: one-sided means at the ends of the recording would be early or late.
     typical = np.median(count[count > 0]) if (count > 0).any() else 0
-    with np.errstate(invalid="ignore"):
-        usable = (count > 0.5 * typical) & (norms > 0) & np.isfinite(lengths) & (lengths > 0)
+    usable = (count > 0.5 * typical) & (norms > 0) & (lengths > 0)
     if int(usable.sum()) < MIN_ROWS:
         return None
-    return _Problem(
-        groundtruth.quaternions[usable] / lengths[usable, None], means[usable] / norms[usable, None]
-    )
+    return _Problem(quaternions[usable] / lengths[usable, None], means[usable] / norms[usable, None])
 
 
 def _solve(problems: list[_Problem], starts: Floats) -> list[GravityFit]:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from tumtools.validate.subject import Subject
 
 _MIN_ROWS: Final = 10
+_ABSURD: Final = 1e100
+"""Squares of greater numbers overflow."""
 _NEAR: Final = 0.06
 
 
@@ -39,8 +41,8 @@ def accelerometer_gravity(subject: Subject, limits: Limits) -> Iterator[Found]:
     """Look at the median norm."""
     if subject.accelerometer is None or len(subject.accelerometer) < _MIN_ROWS:
         return
-    norms = np.linalg.norm(subject.accelerometer.values, axis=1)
-    norms = norms[np.isfinite(norms)]
+    values = subject.accelerometer.values
+    norms = np.linalg.norm(values[(np.abs(np.nan_to_num(values, nan=np.inf)) < _ABSURD).all(axis=1)], axis=1)
     median = float(np.median(norms)) if len(norms) else 0.0
     if limits["lowest"] <= median <= limits["highest"]:
         return

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from tumtools.validate.subject import Subject
 
 _ZERO_NORM: Final = 1e-6
+_ABSURD: Final = 1e100
+"""Squares of greater numbers overflow."""
 _ROUNDING_NOISE: Final = 1e-7
 _MOVES_METRES: Final = 0.1
 _UP: Final = 0.9
@@ -30,11 +32,12 @@ _UP: Final = 0.9
 
 
 def _is_valid(poses: Trajectory) -> npt.NDArray[np.bool_]:
-    with np.errstate(invalid="ignore", over="ignore"):
-        norms = np.linalg.norm(poses.quaternions, axis=1)
-        valid: npt.NDArray[np.bool_] = (
-            np.isfinite(poses.positions).all(axis=1) & np.isfinite(norms) & (norms > _ZERO_NORM)
-        )
+    """Tell the rows with finite numbers of a sensible size and a quaternion that is not zero."""
+    values = poses.values
+    sizes: npt.NDArray[np.float64] = np.abs(np.nan_to_num(values, nan=np.inf))
+    sensible = np.all(sizes < _ABSURD, axis=1)
+    norms = np.linalg.norm(np.where(sensible[:, None], poses.quaternions, 0), axis=1)
+    valid: npt.NDArray[np.bool_] = sensible & (norms > _ZERO_NORM)
     return valid
 
 
@@ -102,8 +105,8 @@ def quaternion_zero(subject: Subject, limits: Limits) -> Iterator[Found]:
         return
     poses = subject.groundtruth
     for row in np.flatnonzero(~_is_valid(poses)).tolist():
-        finite = np.isfinite(poses.values[row]).all()
-        what = "the quaternion is zero" if finite else "a number is not finite"
+        sensible = bool((np.abs(np.nan_to_num(poses.values[row], nan=np.inf)) < _ABSURD).all())
+        what = "the quaternion is zero" if sensible else "a number is not finite, or absurdly large"
         yield Found(what, subject.place("groundtruth", row))
 
 

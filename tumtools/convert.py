@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from tumtools.errors import LossRefusedError
+from tumtools.errors import InputError, InternalError, LossRefusedError, UsageError
 from tumtools.formats import registry
 from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions, no_progress
 from tumtools.staging import refuse_existing, staged
@@ -116,7 +116,7 @@ def convert(
         LossRefusedError: `strict`, and something would be lost; nothing is left behind.
         InputError: The source is damaged; nothing is left behind.
         OutputError: The target cannot be written; nothing is left behind.
-        InternalError: The result differs from the source without a loss being reported.
+        InternalError: The result differs from the source without a loss being reported, or is unreadable.
 
     """
     write_options, options = write_options or WriteOptions(), options or ConvertOptions()
@@ -124,6 +124,7 @@ def convert(
     registry.check_options(entry, write_options)
     needs = entry.writer.needs(write_options)
     prepared = _prepare(sequence, options.selection, needs)
+    _refuse_nothing(prepared, options.selection)
     plan = entry.writer.plan(prepared, write_options)
     report = Report(
         target=target,
@@ -135,9 +136,14 @@ def convert(
         warnings=plan.warnings,
         verified=False,
     )
-    if options.dry_run:
-        return _dry_run(prepared, report, progress)
     refuse_existing(target, force=options.force)
+    if options.force:
+        _refuse_other_folder(target)
+    if options.dry_run:
+        report = _dry_run(prepared, report, progress)
+        if options.strict:
+            _refuse(report.losses, target)
+        return report
     if options.strict:
         _refuse(report.losses, target)
     with staged(target, force=options.force) as path:
@@ -147,9 +153,14 @@ def convert(
         if options.strict:
             _refuse(losses, target)
         if recorded is not None:
-            with entry.reader.open(path, ReadOptions()) as result:
-                skip = {loss.stream for loss in written}
-                verify(recorded, result, skip=skip, jobs=write_options.jobs, progress=verify_progress)
+            skip = {loss.stream for loss in written if loss.alters_data}
+            try:
+                with entry.reader.open(path, ReadOptions()) as result:
+                    verify(recorded, result, skip=skip, jobs=write_options.jobs, progress=verify_progress)
+            except InputError as error:
+                raise InternalError(
+                    f"verification failed: what was written cannot be read: {error}"
+                ) from error
         size = _size(path)
     return replace(report, losses=losses, nbytes=size, verified=options.verify)
 
@@ -166,10 +177,49 @@ def _prepare(sequence: Sequence, selection: Selection, needs: Needs) -> Sequence
 
 def _dry_run(prepared: Sequence, report: Report, progress: Progress) -> Report:
     """Find out what would be lost; only depth that is rescaled needs to be looked at."""
+    next(prepared.images(), None)  # finds out whether any are missing
     if isinstance(prepared, RescaledDepth):
         for frame in prepared.images(["depth"]):
             progress(1, frame.load().nbytes)
     return replace(report, losses=_merge(report.losses, transform_losses(prepared)), dry_run=True)
+
+
+def _refuse_nothing(prepared: Sequence, selection: Selection) -> None:
+    signals = (prepared.groundtruth, prepared.accelerometer)
+    rows = [info.count for info in prepared.info.images.values()] + [len(s) for s in signals if s is not None]
+    if not selection.keeps_all and not any(rows):
+        raise UsageError(
+            "nothing of the sequence lies within the streams and times chosen",
+            path=prepared.info.name,
+            hint="`tumtools info` shows what there is",
+        )
+
+
+def refuse_source(source: Path, target: Path) -> None:
+    """Refuse a target that is the source, or a folder around it: `force` would remove what is read.
+
+    Raises:
+        UsageError: It is.
+
+    """
+    place, goal = source.resolve(), target.resolve()
+    if goal == place or goal in place.parents:
+        what = "is the source" if goal == place else f"holds the source {source}"
+        raise UsageError(f"the target {what}", path=target, hint="name another one")
+
+
+def _refuse_other_folder(target: Path) -> None:
+    """Let `force` replace sequences, but no other folder that happens to have the name."""
+    if not target.is_dir() or target.is_symlink() or not any(target.iterdir()):
+        return
+    try:
+        registry.detect(target)
+    except InputError:
+        raise UsageError(
+            "the target is a folder that holds no sequence; it is not replaced",
+            path=target,
+            hint="name a file or folder in it, or remove it yourself",
+        ) from None
 
 
 def _merge(*groups: tuple[Loss, ...]) -> tuple[Loss, ...]:

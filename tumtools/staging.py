@@ -14,11 +14,11 @@ import os
 import shutil
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final
 
-from tumtools.errors import OutputError, UsageError
+from tumtools.errors import OutputError, TumtoolsError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,22 +44,47 @@ def staged(target: Path, *, force: bool = False) -> Iterator[Path]:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         _remove_stale(target)
-        folder = Path(tempfile.mkdtemp(prefix=_prefix(target), dir=target.parent))
+        folder, lock = _make_folder(target)
     except OSError as error:
         raise output_error(error, target) from error
-    with (folder / _LOCK).open("w") as lock:
+    with lock:
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX)
             path = folder / target.name
             yield path
             fsync_tree(path)
             _move_into_place(path, target, force=force)
+        except TumtoolsError:
+            raise
         except OSError as error:
-            if isinstance(error, (OutputError, UsageError)) or hasattr(error, "exit_code"):
-                raise
             raise output_error(error, target) from error
         finally:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def _make_folder(target: Path) -> tuple[Path, IO[str]]:
+    """Make a staging folder with its locked file, which no other process takes for stale."""
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=_prefix(target), dir=target.parent))
+        try:
+            lock = (folder / _LOCK).open("a")
+        except FileNotFoundError:
+            continue  # somebody has removed the folder before it could be locked
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if _is_same_file(lock, folder / _LOCK):
+                return folder, lock
+        except BaseException:
+            lock.close()
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        lock.close()
+
+
+def _is_same_file(file: IO[str], path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 def refuse_existing(target: Path, *, force: bool) -> None:
@@ -90,24 +115,12 @@ def _prefix(target: Path) -> str:
 def _remove_stale(target: Path) -> None:
     """Remove the staging folders of processes that were killed."""
     for folder in target.parent.iterdir():
-        if folder.name.startswith(_prefix(target)) and folder.is_dir() and not _is_locked(folder / _LOCK):
-            shutil.rmtree(folder, ignore_errors=True)
-
-
-def _is_locked(path: Path) -> bool:
-    try:
-        with path.open("r+") as file:
-            return not _try_lock(file)
-    except FileNotFoundError:
-        return False
-
-
-def _try_lock(file: IO[str]) -> bool:
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+        if folder.name.startswith(_prefix(target)) and folder.is_dir():
+            # Locked while it is removed, so that its owner, if it is just starting, sees that it has gone.
+            # Folders that are in use or other people's stay.
+            with suppress(OSError), (folder / _LOCK).open("a") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def fsync_tree(path: Path) -> None:

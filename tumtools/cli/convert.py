@@ -85,12 +85,14 @@ def command(
 
     DEST is a name beside SOURCE unless told. The result is read back and compared before it gets its name.
     """
-    from tumtools.convert import ConvertOptions, convert, default_target
+    from tumtools.convert import ConvertOptions, convert, default_target, refuse_source
     from tumtools.sources import locate, open_source
 
-    path = Path(target) if target else default_target(locate(source), to)
+    place = locate(source)
+    path = Path(target) if target else default_target(place, to)
     if not target and not os.path.lexists(source):
         path = Path(path.name)  # the sequence of a name lies in the cache, where nobody looks for results
+    refuse_source(place, path)
     write_options = _write_options(format_options)
     read_options = options.make_read_options(topics, salvage)
     with open_source(source, read_options) as sequence:

@@ -62,7 +62,7 @@ def show_entry(entry: Entry, *, as_json: bool) -> None:
         return
     from tumtools.catalogue import errata
 
-    click.echo(click.style(entry.label, bold=True) + f"  ({entry.name}; not fetched)")
+    click.echo(output.style(entry.label, bold=True) + f"  ({entry.name}; not fetched)")
     rows = [
         ("category", entry.category),
         ("camera", entry.camera),

@@ -31,7 +31,7 @@ def command(as_json: bool) -> None:
         )
         return
     for entry in FORMATS.values():
-        click.echo(click.style(entry.name, bold=True) + f"  {entry.title}")
+        click.echo(output.style(entry.name, bold=True) + f"  {entry.title}")
         click.echo(f"  reads:  {entry.reads}")
         click.echo(f"  writes: {entry.writes}")
         for name, values in entry.options.items():

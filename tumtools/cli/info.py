@@ -95,7 +95,7 @@ def _times(stamps: npt.NDArray[np.int64]) -> dict[str, object]:
 def _print(document: dict[str, object]) -> None:
     from tumtools.model.time import format_stamp
 
-    click.echo(click.style(str(document["name"]), bold=True) + f"  ({document['format']})")
+    click.echo(output.style(str(document["name"]), bold=True) + f"  ({document['format']})")
     click.echo(f"camera: {document['camera'] or 'unknown'}")
     if document["licence"]:
         click.echo(f"licence of the data: {document['licence']}")

@@ -8,13 +8,14 @@ import os
 import signal
 import sys
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Final, NoReturn, cast
 
 import click
 
 from tumtools import __version__
 from tumtools.cli import output
-from tumtools.errors import InternalError, TumtoolsError, UsageError
+from tumtools.errors import InternalError, OutputError, TumtoolsError, UsageError
 
 COMMANDS: Final[dict[str, str]] = {
     "list": "List the sequences of the catalogue.",
@@ -78,6 +79,10 @@ def cli(verbose: int, quiet: bool) -> None:
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the program and exit with the code that its documentation promises."""
     signal.signal(signal.SIGTERM, _interrupt)
+    # File names may be in no known coding; they must not stop us from printing them.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     sys.exit(run(arguments))
 
 
@@ -100,6 +105,13 @@ def run(arguments: list[str] | None = None) -> int:
         # The reader of a pipe has gone, as in `tumtools info x | head -1`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        # Of the machine's making: no permission, a full disk, a device that fails.
+        if output.verbosity > 1:
+            output.traceback()
+        name = error.filename if isinstance(error.filename, str) else os.fsdecode(error.filename or b"")
+        output.error(f"{name}: {error.strerror or error}" if name else str(error))
+        return OutputError.exit_code
     except Exception as error:  # noqa: BLE001 - whatever comes here is a bug of ours
         return _report_bug(error)
     return code if isinstance(code, int) else 0

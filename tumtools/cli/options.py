@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from tumtools.model.sequence import Sequence
     from tumtools.transform import Selection
 
+_THREE_YEARS_NS = 10**17
+
 Command = TypeVar("Command", bound="Callable[..., object]")
 
 
@@ -129,9 +131,10 @@ def make_selection(
             stamp = None if text is None else parse_stamp(text)
         except ValueError as error:
             raise UsageError(f"{option}: {error}") from error
-        # A number below the first stamp's order of magnitude is meant from the beginning.
-        limits.append(stamp + first if stamp is not None and abs(stamp) < first // 2 else stamp)
-    chosen = None if streams is None else tuple(streams.split(","))
+        # A small number is meant from the beginning, also where the clock of the recording starts near 0.
+        relative = stamp is not None and abs(stamp) < max(first // 2, _THREE_YEARS_NS)
+        limits.append(stamp + first if stamp is not None and relative else stamp)
+    chosen = None if streams is None else tuple(name.strip() for name in streams.split(","))
     unknown = set(chosen or ()) - set(STREAMS)
     if unknown:
         raise UsageError(

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import traceback as _traceback
 from contextlib import contextmanager
@@ -21,6 +22,11 @@ SCHEMA_VERSION: Final = 1
 
 verbosity = 0
 """-1 with --quiet, 1 and 2 with -v and -vv."""
+
+
+def style(text: str, *, bold: bool = False, color: str | None = None) -> str:
+    """Return the text as it looks on a terminal; as it is where NO_COLOR is set."""
+    return text if os.environ.get("NO_COLOR") else click.style(text, bold=bold or None, fg=color)
 
 
 def print_json(document: Mapping[str, object]) -> None:
@@ -46,7 +52,7 @@ def print_table(rows: Sequence[Sequence[str]], head: Sequence[str] | None = None
             for text, width, right in zip(row, widths, numeric, strict=True)
         ]
         line = "  ".join(cells).rstrip()
-        click.echo(click.style(line, bold=True) if head and number == 0 else line)
+        click.echo(style(line, bold=True) if head and number == 0 else line)
 
 
 def _is_number(text: str) -> bool:
@@ -62,12 +68,12 @@ def message(text: str) -> None:
 def warning(text: str) -> None:
     """Warn on stderr."""
     if verbosity >= 0:
-        click.echo(click.style("warning: ", fg="yellow") + text, err=True)
+        click.echo(style("warning: ", color="yellow") + text, err=True)
 
 
 def error(text: str) -> None:
     """Print an error on stderr."""
-    click.echo(click.style("error: ", fg="red", bold=True) + text, err=True)
+    click.echo(style("error: ", color="red", bold=True) + text, err=True)
 
 
 def traceback() -> None:

@@ -41,12 +41,13 @@ def print_report(report: Report) -> None:
     done = "would write" if report.dry_run else "wrote"
     about = "about " if report.dry_run else ""
     checked = ", read back and compared" if report.verified else ""
-    output.message(
+    say = click.echo if report.dry_run else output.message  # a dry run has no other result
+    say(
         f"{done} {report.target}: {report.frames} images, {report.rows} rows, "
         f"{about}{output.size(report.nbytes)}{checked}"
     )
     if not report.losses:
-        output.message("nothing lost")
+        say("nothing lost")
         return
     rows = [
         (

@@ -79,7 +79,7 @@ def _plain(values: dict[str, object]) -> dict[str, object]:
 def _print(summary: Summary) -> None:
     from tumtools.evaluate.reports import COLUMNS
 
-    click.echo(click.style(summary.name, bold=True))
+    click.echo(output.style(summary.name, bold=True))
     rows = [(column.title, column.text(summary)) for column in COLUMNS[1:]]
     width = max(len(title) for title, _ in rows)
     for title, text in rows:

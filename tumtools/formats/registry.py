@@ -9,13 +9,14 @@ A format is one package with `reader.open(path, ReadOptions) -> Sequence` and
 from __future__ import annotations
 
 import re
+import stat
 import zlib
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Final, Protocol, cast
+from typing import TYPE_CHECKING, BinaryIO, Final, Protocol, cast
 
-from tumtools.errors import InputError, MissingInputError, UsageError
+from tumtools.errors import InputError, MissingInputError, UnsupportedInputError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -237,18 +238,7 @@ def detect(path: Path) -> Format:
             return best
         known = ", ".join(marker for entry in FORMATS.values() for marker in entry.markers)
         raise InputError(f"no sequence in this folder: none of {known}", path=path)
-    try:
-        with path.open("rb") as file:
-            head = file.read(_HEAD_BYTES)
-    except FileNotFoundError:
-        raise MissingInputError("there is no such file or folder", path=path) from None
-    except OSError as error:
-        raise InputError(f"cannot read: {error.strerror}", path=path) from error
-    if not head:
-        raise InputError(
-            "the file is empty (0 bytes)", path=path, hint="its recording or download was cut off"
-        )
-    head = _uncompressed(head, path)
+    head = _read_head(path)
     for entry in FORMATS.values():
         if entry.content is not None and entry.content.match(head):
             return entry
@@ -259,20 +249,43 @@ def detect(path: Path) -> Format:
     )
 
 
-def _uncompressed(head: bytes, path: Path) -> bytes:
-    """Undo gzip or zstd for the first bytes of a file."""
+def _read_head(path: Path) -> bytes:
+    """Return the first bytes of a file, gzip or zstd undone."""
     try:
-        if head.startswith(_GZIP):
-            return zlib.decompressobj(31).decompress(head, _HEAD_BYTES)
-        if head.startswith(_ZSTD):
-            import zstandard  # noqa: PLC0415 - only for such files
-
-            return zstandard.ZstdDecompressor().decompressobj().decompress(head)[:_HEAD_BYTES] or head
-    except (zlib.error, ValueError) as error:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise UnsupportedInputError(
+                "this is no file but a pipe or a device", path=path, hint="save it to a file first"
+            )
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+            compressed = head.startswith((_GZIP, _ZSTD))
+            if head.startswith(_GZIP):
+                head = zlib.decompressobj(31).decompress(head, _HEAD_BYTES)
+            elif head.startswith(_ZSTD):
+                file.seek(0)
+                head = _unzstd(file)
+    except FileNotFoundError:
+        raise MissingInputError("there is no such file or folder", path=path) from None
+    except zlib.error as error:
         raise InputError(
             f"the compressed data is damaged: {error}", path=path, location="offset 0"
         ) from error
+    except OSError as error:
+        raise InputError(f"cannot read: {error.strerror}", path=path) from error
+    if not head:
+        what = "there is nothing in the compressed file" if compressed else "the file is empty (0 bytes)"
+        raise InputError(what, path=path, location="offset 0", hint="its recording or download was cut off")
     return head
+
+
+def _unzstd(file: BinaryIO) -> bytes:
+    import zstandard  # noqa: PLC0415 - only for such files
+
+    try:
+        # Nothing comes out before a whole block of it has gone in, so the first bytes would not do.
+        return zstandard.ZstdDecompressor().stream_reader(file, closefd=False).read(_HEAD_BYTES)
+    except zstandard.ZstdError as error:
+        raise zlib.error(str(error)) from error
 
 
 def check_options(target: Format, options: WriteOptions) -> None:

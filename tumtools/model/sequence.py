@@ -44,6 +44,8 @@ class Loss:
         why: Why the target or the model cannot hold it.
         largest_error: The largest change of a value, in `unit`, or None where nothing is measured.
         unit: Unit of `largest_error`.
+        alters_data: Whether stamps, values or pixels of the stream differ for it; otherwise only something
+            beside them is lost (a calibration, a frame id), and they can still be verified.
 
     """
 
@@ -53,6 +55,7 @@ class Loss:
     why: str
     largest_error: float | None = None
     unit: str = ""
+    alters_data: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,7 +67,7 @@ TITLES: Final[dict[str, tuple[str, str]]] = {
 def default_layout(stream: str, name: str | None) -> TextLayout:
     """Return the layout of the published files, for a sequence that brings none of its own."""
     title, columns = TITLES[stream]
-    file_line = f"# file: '{name}.bag'\n" if name else ""
+    file_line = f"# file: '{name}.bag'\n" if name and name.isprintable() else ""
     decimals = 4 if stream == "groundtruth" else 6
     return TextLayout(
         head=f"{title}\n{file_line}{columns}\n", stamp_decimals=decimals, value_format=f"%.{decimals}f"

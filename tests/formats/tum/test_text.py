@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tumtools.errors import InputError
@@ -25,6 +25,11 @@ PUBLISHED = (
 
 def _again(table: Table, stream: str) -> bytes:
     return render(table.layout, stream, table.stamps, table.values)
+
+
+def _ends_lines_with_cr(data: bytes) -> bool:
+    """Tell whether a file is refused for its line ends, see below."""
+    return b"\n" not in data and b"\r" in data.rstrip(b"\r")
 
 
 STAMPS = st.one_of(
@@ -80,8 +85,7 @@ def text_files(draw: st.DrawFn, columns: int) -> tuple[bytes, int]:
 @example((b"1 1 2 3 4 5 6 7\r\n2 1 2 3 4 5 6 7", 2))
 def test_a_trajectory_is_rendered_to_the_same_bytes(file: tuple[bytes, int]) -> None:
     data, rows = file
-    if b"\r" in data and b"\n" not in data:
-        return  # refused, see below
+    assume(not _ends_lines_with_cr(data))
     table = parse(data, "groundtruth", "x.txt")
     assert len(table.stamps) == len(table.lines) == rows
     assert _again(table, "groundtruth") == data
@@ -93,18 +97,17 @@ def test_a_trajectory_is_rendered_to_the_same_bytes(file: tuple[bytes, int]) -> 
 @example((b"1.000000 rgb/1.000000.png\r\n2.000000 rgb/2.000000.png", 2))
 def test_a_list_of_images_is_rendered_to_the_same_bytes(file: tuple[bytes, int]) -> None:
     data, rows = file
-    if b"\r" in data and b"\n" not in data:
-        return
+    assume(not _ends_lines_with_cr(data))
     table = parse(data, "rgb", "rgb.txt")
     assert len(table.names) == len(table.stamps) == rows
     assert _again(table, "rgb") == data
 
 
 @given(text_files(3))
+@example((b"1.000000 0.0 0.0 0.0\r\n2.000000 0.0 0.0 0.0\r", 2))
 def test_a_fitted_layout_prints_the_same_bytes(file: tuple[bytes, int]) -> None:
     data, _ = file
-    if b"\r" in data and b"\n" not in data:
-        return
+    assume(not _ends_lines_with_cr(data))
     table = parse(data, "accelerometer", "x.txt")
     fitted = fit_layout(table.layout, table.stamps, table.values)
     assert render(fitted, "accelerometer", table.stamps, table.values) == data
@@ -206,8 +209,7 @@ def test_a_list_line_without_a_file_name_is_refused() -> None:
 @given(text_files(3), st.data())
 def test_a_choice_of_rows_keeps_their_text(file: tuple[bytes, int], data: st.DataObject) -> None:
     text, rows = file
-    if b"\r" in text and b"\n" not in text:
-        return
+    assume(not _ends_lines_with_cr(text))
     table = parse(text, "accelerometer", "x.txt")
     chosen = data.draw(st.lists(st.integers(0, rows - 1), unique=True).map(sorted)) if rows else []
     layout = table.layout.select(chosen)

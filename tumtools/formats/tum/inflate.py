@@ -3,16 +3,19 @@
 """Random access to the content of a compressed file, forward fast, backward from checkpoints.
 
 The first pass over a gzip file keeps copies of the decompressor every few megabytes (about 40 kB each),
-so that later reads start near their place. Zstandard offers no copies: reading backward starts again.
+so that later reads start near their place. Zstandard offers no copies: reading backward starts again,
+and what is read in no order at all is unpacked to a temporary file once.
 """
 
 from __future__ import annotations
 
 import mmap
+import os
+import tempfile
 import zlib
 from bisect import bisect_right
 from threading import Lock
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import IO, TYPE_CHECKING, Final, Protocol
 
 import zstandard
 
@@ -24,21 +27,68 @@ if TYPE_CHECKING:
 GZIP_MAGIC: Final = b"\x1f\x8b"
 ZSTD_MAGIC: Final = b"\x28\xb5\x2f\xfd"
 
+_MAX_OUTPUT: Final = 1 << 18
 _BLOCK: Final = 1 << 18
 _MAX_CHECKPOINTS: Final = 256
 _MIN_SPACING: Final = 1 << 21
 _MAX_CURSORS: Final = 4
+_MAX_RESTARTS: Final = 8
 _GZIP_WINDOW: Final = 31
 
 
-class _Decompressor(Protocol):
-    """What zlib's and zstandard's decompression objects have in common."""
+class _Inflater(Protocol):
+    """A decompressor that says how much it has taken."""
+
+    block: int
+    """Bytes to feed at a time."""
 
     @property
     def eof(self) -> bool: ...
+
+    def step(self, block: bytes) -> tuple[bytes, int]:
+        """Return a bounded piece of output, and how many bytes of the block were used for it."""
+
+    def copy(self) -> _Inflater | None: ...
+
+
+class _Gzip:
+    block = 1 << 18
+
+    def __init__(self) -> None:
+        self._inflate = zlib.decompressobj(_GZIP_WINDOW)
+
     @property
-    def unused_data(self) -> bytes: ...
-    def decompress(self, data: bytes, /) -> bytes: ...
+    def eof(self) -> bool:
+        return self._inflate.eof
+
+    def step(self, block: bytes) -> tuple[bytes, int]:
+        data = self._inflate.decompress(block, _MAX_OUTPUT)
+        left = self._inflate.unused_data if self._inflate.eof else self._inflate.unconsumed_tail
+        return data, len(block) - len(left)
+
+    def copy(self) -> _Gzip:
+        other = _Gzip.__new__(_Gzip)
+        other._inflate = self._inflate.copy()  # noqa: SLF001 - one of us
+        return other
+
+
+class _Zstd:
+    # Its output cannot be limited: the few bytes that make a block of 128 kB are fed sparingly instead.
+    block = 1 << 10
+
+    def __init__(self) -> None:
+        self._inflate = zstandard.ZstdDecompressor().decompressobj()
+
+    @property
+    def eof(self) -> bool:
+        return self._inflate.eof
+
+    def step(self, block: bytes) -> tuple[bytes, int]:
+        data = self._inflate.decompress(block)
+        return data, len(block) - (len(self._inflate.unused_data) if self._inflate.eof else 0)
+
+    def copy(self) -> None:
+        return None
 
 
 class Cursor:
@@ -52,24 +102,21 @@ class Cursor:
     def __init__(self, path: str, data: memoryview) -> None:
         self._path = path
         self._data = data
-        self._gzip = bytes(data[:2]) == GZIP_MAGIC
+        self._kind: type[_Gzip | _Zstd] = _Gzip if bytes(data[:2]) == GZIP_MAGIC else _Zstd
+        self._inflate: _Inflater = self._kind()
         self._in = 0
         self._buffer = b""
-        self._inflate: _Decompressor = self._new()
+        self._used = 0
         self.position = 0
 
-    def _new(self) -> _Decompressor:
-        return (
-            zlib.decompressobj(_GZIP_WINDOW) if self._gzip else zstandard.ZstdDecompressor().decompressobj()
-        )
-
-    def copy(self) -> Cursor | None:
-        """Return an independent cursor at the same place, or None if the compression has none."""
-        if not self._gzip:
+    def checkpoint(self) -> Cursor | None:
+        """Return an independent cursor at the end of what has been inflated, None if there can be none."""
+        inflate = self._inflate.copy()
+        if inflate is None:
             return None
-        other = Cursor.__new__(Cursor)
-        other.__dict__.update(self.__dict__)
-        other._inflate = self._inflate.copy()  # type: ignore[attr-defined]  # gzip's has it  # noqa: SLF001
+        other = Cursor(self._path, self._data)
+        other._inflate, other._in = inflate, self._in
+        other.position = self.position + len(self._buffer) - self._used
         return other
 
     @property
@@ -85,42 +132,41 @@ class Cursor:
 
         """
         parts = []
-        while size > 0:
-            if not self._buffer and not self._fill():
-                break
-            part, self._buffer = self._buffer[:size], self._buffer[size:]
+        while size > 0 and (self._used < len(self._buffer) or self._fill()):
+            part = self._buffer[self._used : self._used + size]
             parts.append(part)
             size -= len(part)
+            self._used += len(part)
             self.position += len(part)
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def skip_to(self, position: int) -> None:
-        """Move forward."""
-        while self.position < position and (self._buffer or self._fill()):
-            step = min(position - self.position, len(self._buffer))
-            self._buffer = self._buffer[step:]
+        """Move forward, not beyond the end."""
+        while self.position < position and (self._used < len(self._buffer) or self._fill()):
+            step = min(position - self.position, len(self._buffer) - self._used)
+            self._used += step
             self.position += step
 
     def _fill(self) -> bool:
-        """Inflate the next block; False at the end of the stream."""
+        """Inflate the next piece; False at the end of the stream."""
+        self._buffer, self._used = b"", 0
         try:
             while not self._buffer:
                 if self._inflate.eof:
                     # Another gzip member or zstd frame may follow; zeros are padding.
-                    self._in -= len(self._inflate.unused_data)
                     if not bytes(self._data[self._in : self._in + 4]).strip(b"\0"):
                         return False
-                    self._inflate = self._new()
-                block = bytes(self._data[self._in : self._in + _BLOCK])
-                if not block:
+                    self._inflate = self._kind()
+                block = bytes(self._data[self._in : self._in + self._inflate.block])
+                self._buffer, used = self._inflate.step(block)
+                self._in += used
+                if not block and not self._buffer:
                     raise InputError(
                         "the compressed data ends too early",
                         path=self._path,
                         location=f"offset {self._in}",
                         hint="the file was cut off; get it again",
                     )
-                self._in += len(block)
-                self._buffer = self._inflate.decompress(block)
         except (zlib.error, zstandard.ZstdError) as error:
             raise InputError(
                 f"the compressed data is damaged: {error}",
@@ -144,15 +190,17 @@ class SeekableStream:
         self._cursors: list[Cursor] = []
         self._lock = Lock()
         self._scan = Cursor(self._path, self._data)
+        self._restarts = 0
+        self._unpacked: IO[bytes] | None = None
 
     def scan(self, size: int) -> bytes:
         """Return the next bytes of the first pass, keeping checkpoints on the way."""
         last = self._checkpoints[-1].compressed_position if self._checkpoints else 0
         if self._scan.compressed_position - last >= self._spacing:
-            copy = self._scan.copy()
-            if copy is not None:
-                self._checkpoints.append(copy)
-                self._offsets.append(copy.position)
+            checkpoint = self._scan.checkpoint()
+            if checkpoint is not None:
+                self._checkpoints.append(checkpoint)
+                self._offsets.append(checkpoint.position)
         return self._scan.read(size)
 
     def skip_scan(self, position: int) -> None:
@@ -169,7 +217,12 @@ class SeekableStream:
     def read_at(self, offset: int, size: int) -> bytes:
         """Return bytes of the uncompressed stream."""
         with self._lock:
+            if self._unpacked is not None:
+                return os.pread(self._unpacked.fileno(), size, offset)
             cursor = self._take_cursor(offset)
+        if cursor is None:
+            self._unpack()
+            return self.read_at(offset, size)
         cursor.skip_to(offset)
         data = cursor.read(size)
         with self._lock:
@@ -177,21 +230,48 @@ class SeekableStream:
             del self._cursors[:-_MAX_CURSORS]
         return data
 
-    def _take_cursor(self, offset: int) -> Cursor:
-        """Return the nearest cursor at or before the offset: one in use before, or a checkpoint."""
+    def _take_cursor(self, offset: int) -> Cursor | None:
+        """Return the nearest cursor at or before the offset: one in use before, or a checkpoint.
+
+        None if reading from the beginning time and again would not come to an end.
+        """
         before = [cursor for cursor in self._cursors if cursor.position <= offset]
         nearest = max(before, key=lambda cursor: cursor.position, default=None)
         number = bisect_right(self._offsets, offset) - 1
         if number >= 0 and (nearest is None or self._offsets[number] > nearest.position):
-            copy = self._checkpoints[number].copy()
-            if copy is not None:
-                return copy
+            return self._checkpoints[number].checkpoint()
         if nearest is not None:
             self._cursors.remove(nearest)
             return nearest
+        self._restarts += 1
+        # Two image streams in alphabetical order take two; a gzip file has its first checkpoint soon.
+        if self._restarts > _MAX_RESTARTS and not self._checkpoints and len(self._data) > _MIN_SPACING:
+            return None
         return Cursor(self._path, self._data)
+
+    def _unpack(self) -> None:
+        """Unpack all into a file without a name, for members in an order that suits no cursor."""
+        with self._lock:
+            if self._unpacked is not None:
+                return
+            cursor = Cursor(self._path, self._data)
+            try:
+                file = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
+                self._unpacked = file
+                while data := cursor.read(_BLOCK):
+                    file.write(data)
+                file.flush()
+            except OSError as error:
+                raise InputError(
+                    f"its members are in no order of time, and it cannot be unpacked to "
+                    f"{tempfile.gettempdir()}: {error.strerror}",
+                    path=self._path,
+                    hint="unpack it yourself and name the folder",
+                ) from error
 
     def close(self) -> None:
         """Forget all cursors; the mapping goes with the last view of it."""
+        if self._unpacked is not None:
+            self._unpacked.close()
         self._cursors.clear()
         self._checkpoints.clear()

@@ -24,6 +24,8 @@ def check_name(name: str, archive: str) -> str:
 
     """
     parts = [part for part in name.replace("\\", "/").split("/") if part not in {"", "."}]
+    if "\0" in name:
+        raise InputError("a file name with a zero byte", path=archive, location=f"member {name!r}")
     if name.startswith(("/", "\\")) or ".." in parts or (parts and parts[0].endswith(":")):
         raise InputError(
             "the member's name leads outside of the archive",
@@ -56,9 +58,9 @@ def check_size(size: int, archive: str, name: str) -> None:
         InputError: It is larger than `MAX_MEMBER_BYTES`.
 
     """
-    if size > MAX_MEMBER_BYTES:
+    if not 0 <= size <= MAX_MEMBER_BYTES:
         raise InputError(
-            f"the member has {size} bytes; no file of a sequence has more than {MAX_MEMBER_BYTES}",
+            f"the member has {size} bytes; a file of a sequence has 0 to {MAX_MEMBER_BYTES}",
             path=archive,
             location=f"member {name}",
         )

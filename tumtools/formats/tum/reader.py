@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 import heapq
-import zipfile
+import re
 from functools import partial
+from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.errors import InputError, MissingInputError
+from tumtools.errors import InputError, MissingInputError, TumtoolsError
+from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC
 from tumtools.formats.tum.members import check_name, check_size
 from tumtools.formats.tum.storage import LIST_FILES, Folder, Storage, Zip
 from tumtools.formats.tum.tar import Tar
@@ -35,7 +37,7 @@ from tumtools.model.sequence import (
 from tumtools.model.signals import Accelerometer, Trajectory
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Collection, Iterable, Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
@@ -44,6 +46,11 @@ if TYPE_CHECKING:
     from tumtools.model.image import Image
 
 _READ_AHEAD: Final = 4
+_ZIP_MAGIC: Final = b"PK"
+_TAR_MAGIC: Final = b"ustar"
+_TAR_MAGIC_AT: Final = 257
+_NAME_IN_HEADER: Final = re.compile(r"# file: '([\w.+-]+)\.bag'\s*")
+_PAPERS_NAME: Final = "imu.txt"
 _OFFICIAL_PREFIX: Final = "rgbd_dataset_freiburg"
 
 
@@ -74,9 +81,18 @@ def open_tolerant(path: Path) -> TumSequence | TrajectoryFile:
 def _open(path: Path, *, tolerant: bool) -> TumSequence | TrajectoryFile:
     if path.is_dir():
         return TumSequence(Folder(path), tolerant=tolerant)
-    if path.suffix in {".txt", ".csv", ".tum"}:
+    try:
+        with path.open("rb") as file:
+            head = file.read(_TAR_MAGIC_AT + len(_TAR_MAGIC))
+        if head.startswith(_ZIP_MAGIC):
+            return TumSequence(Zip(path), tolerant=tolerant)
+        if head.startswith((GZIP_MAGIC, ZSTD_MAGIC)) or head.endswith(_TAR_MAGIC):
+            return TumSequence(Tar(path), tolerant=tolerant)
         return TrajectoryFile(path, tolerant=tolerant)
-    return TumSequence(Zip(path) if zipfile.is_zipfile(path) else Tar(path), tolerant=tolerant)
+    except OSError as error:
+        if isinstance(error, TumtoolsError):
+            raise
+        raise InputError(f"cannot read: {error.strerror}", path=path) from error
 
 
 class TrajectoryFile(Sequence):
@@ -175,7 +191,8 @@ class TumSequence(Sequence):
 
     def _make_info(self) -> SequenceInfo:
         storage = self._storage
-        name = self._name_in_header() or storage.name
+        # A name in no known coding cannot go into the fields of other formats.
+        name = self._name_in_header() or storage.name.encode("utf-8", "replace").decode()
         official = name.startswith(_OFFICIAL_PREFIX)
         streams = [stream for stream in IMAGE_STREAMS if stream in self.names]
         return SequenceInfo(
@@ -194,19 +211,20 @@ class TumSequence(Sequence):
         """Return the official name from the published header line `# file: 'NAME.bag'`."""
         for table in self.tables.values():
             for line in table.layout.head.splitlines():
-                if line.startswith("# file: '") and line.endswith(".bag'"):
-                    return line.removeprefix("# file: '").removesuffix(".bag'")
+                if found := _NAME_IN_HEADER.fullmatch(line):
+                    return found[1]
         return None
 
     def _image_info(self, stream: str) -> ImageStreamInfo:
         names = self.names[stream]
-        present = [name for name in names if name in self._storage.files]
-        nbytes = sum(self._storage.files[name] for name in present)
+        sizes = self._storage.files
+        present = [name for name in names if name in sizes]
+        nbytes = sum(sizes[name] for name in present)
         folder = names[0].rpartition("/")[0] if names else stream
         if not present:
             return ImageStreamInfo(count=len(names), compression="png", source=folder)
         try:
-            found = png.header(bytes(self._storage.read(present[0])[: png.HEADER_SIZE]))
+            found = png.check(self._storage.read(present[0]))
         except InputError:
             # Reading the images will say so with its name; the header of a sequence stays readable.
             return ImageStreamInfo(count=len(names), nbytes=nbytes, compression="png", source=folder)
@@ -218,12 +236,25 @@ class TumSequence(Sequence):
 
     def _other_files(self) -> Iterator[Loss]:
         known = {name for names in self.names.values() for name in names} | set(self.files.values())
-        for name in sorted(self._storage.files.keys() - known):
-            yield Loss(name, "file not carried over", 1, "no list of the sequence names it")
+        why = "no list of the sequence names it"
+        others = sorted(self._storage.files.keys() - known)
+        for folder, names in groupby(others, lambda name: name.rpartition("/")[0]):
+            if not folder:
+                yield from (Loss(name, "file not carried over", 1, why) for name in names)
+            else:
+                yield Loss(f"{folder}/", "files not carried over", len(list(names)), why)
 
     def _warnings(self) -> Iterator[str]:
         for stream, table in self.tables.items():
             yield from _header_warnings(table, self._storage.place(self.files[stream]))
+        for stream, names in self.names.items():
+            missing = self._missing_rows(stream, range(len(names)))
+            if missing:
+                place, line, message = self._describe_missing(stream, missing)
+                yield f"{place}, {line}: {message}"
+        if self.files.get("accelerometer") == _PAPERS_NAME:
+            place = self._storage.place(_PAPERS_NAME)
+            yield f"{place}: taken for accelerometer.txt, and written under that name"
 
     def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
         """Return the stamps of the list, in its order."""
@@ -264,18 +295,25 @@ class TumSequence(Sequence):
                 load = partial(self._wrap, stream, row, self._storage.read(names[row]))
             yield Frame(stream, int(stamps[row]), row, load)
 
-    def _check_present(self, stream: str, rows: list[int]) -> None:
+    def _missing_rows(self, stream: str, rows: Iterable[int]) -> list[int]:
         names = self.names[stream]
-        missing = [row for row in rows if names[row] not in self._storage.files]
-        if not missing:
-            return
-        line = int(self.tables[stream].lines[missing[0]])
-        raise MissingInputError(
-            f"the image is missing; {self.files[stream]} line {line} names it, as {len(missing)} of its "
-            f"{len(names)} images are",
-            path=self._storage.place(names[missing[0]]),
-            hint="get the sequence again, or take the rows without a file out of the list",
+        return [row for row in rows if names[row] not in self._storage.files]
+
+    def _describe_missing(self, stream: str, missing: list[int]) -> tuple[str, str, str]:
+        """Return the list, the line in it that names the first missing image, and what to say."""
+        first, count = missing[0], len(self.names[stream])
+        return (
+            self._storage.place(self.files[stream]),
+            f"line {self.tables[stream].lines[first]}",
+            f"there is no image {self.names[stream][first]}; {len(missing)} of {count} are missing",
         )
+
+    def _check_present(self, stream: str, rows: list[int]) -> None:
+        missing = self._missing_rows(stream, rows)
+        if missing:
+            place, line, message = self._describe_missing(stream, missing)
+            hint = "get the sequence again, or take the rows without a file out of the list"
+            raise MissingInputError(message, path=place, location=line, hint=hint)
 
     def png_header(self, stream: str, row: int) -> png.PngHeader:
         """Read nothing of an image but its header.

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import zipfile
 from abc import ABC, abstractmethod
 from pathlib import Path
@@ -28,6 +29,10 @@ LIST_FILES: Final = {
 """The text files of a sequence and their streams; the paper calls the accelerometer's file imu.txt."""
 
 
+_MAX_DEPTH: Final = 3
+"""Folders below the sequence that are looked into; links may lead in circles."""
+
+
 class Storage(ABC):
     """The files of one sequence.
 
@@ -35,7 +40,7 @@ class Storage(ABC):
         label: What to call it in messages.
         name: Base name of the folder that holds the files.
         files: Relative name, with `/` -> size in bytes.
-        sequential: Reading in another order than `read_many` gives is slow.
+        sequential: Reading in another order than that of the archive is slow.
 
     """
 
@@ -62,10 +67,6 @@ class Storage(ABC):
         """
         return self.read(name)[:size]
 
-    def read_many(self, names: Iterable[str]) -> Iterator[bytes | memoryview]:
-        """Yield files in the order asked for."""
-        return map(self.read, names)
-
     def place(self, name: str) -> str:
         """Tell where a file is, for messages."""
         return f"{self.label}/{name}"
@@ -81,7 +82,11 @@ class Folder(Storage):
         self.label = str(path)
         self.name = path.resolve().name
         self._path = path
-        self.files = dict(_walk(path, ""))
+        try:
+            self.files = dict(_walk(path, ""))
+        except OSError as error:
+            place = error.filename or path
+            raise InputError(f"cannot read this folder: {error.strerror}", path=place) from error
 
     def read(self, name: str) -> bytes:
         """Return a file."""
@@ -103,11 +108,11 @@ def _walk(path: Path, prefix: str) -> Iterator[tuple[str, int]]:
     with os.scandir(path) as entries:
         for entry in sorted(entries, key=lambda entry: entry.name):
             if entry.is_dir():
-                if not prefix:
-                    yield from _walk(Path(entry.path), f"{entry.name}/")
-            else:
-                # A link to nowhere is listed, and fails with its name when it is read.
-                yield prefix + entry.name, entry.stat(follow_symlinks=True).st_size if entry.is_file() else 0
+                if prefix.count("/") < _MAX_DEPTH:
+                    yield from _walk(Path(entry.path), f"{prefix}{entry.name}/")
+            elif entry.is_file():
+                yield prefix + entry.name, entry.stat().st_size
+            # Links to nowhere are missing files; reading a pipe or a device might never end.
 
 
 class Zip(Storage):
@@ -120,18 +125,29 @@ class Zip(Storage):
         except (zipfile.BadZipFile, OSError, ValueError) as error:
             raise InputError(f"not a readable .zip archive: {error}", path=path) from error
         self._lock = Lock()
-        sizes = {}
+        try:
+            members = dict(self._list_members())
+            root = find_root(members, self.label)
+        except InputError:
+            self._archive.close()
+            raise
+        self.name = root.rstrip("/").rpartition("/")[2] or path.stem
+        self._members = {
+            name.removeprefix(root): member for name, member in members.items() if name.startswith(root)
+        }
+        self.files = {name: member.file_size for name, member in self._members.items()}
+
+    def _list_members(self) -> Iterator[tuple[str, zipfile.ZipInfo]]:
         for member in self._archive.infolist():
             name = check_name(member.filename, self.label)
             check_size(member.file_size, self.label, member.filename)
-            if (member.external_attr >> 28) == 0o12:  # noqa: PLR2004 - S_IFLNK >> 12
-                raise InputError("the member is a link", path=path, location=f"member {member.filename}")
+            kind = stat.S_IFMT(member.external_attr >> 16)
+            if kind not in {0, stat.S_IFREG, stat.S_IFDIR}:
+                what = "a link" if kind == stat.S_IFLNK else "neither a file nor a folder"
+                place = f"member {member.filename}"
+                raise InputError(f"the member is {what}", path=self.label, location=place)
             if not member.is_dir():
-                sizes[name] = (member.filename, member.file_size)
-        root = find_root(sizes, self.label)
-        self.name = root.rstrip("/") or path.stem
-        self._members = {name.removeprefix(root): stored for name, (stored, _) in sizes.items()}
-        self.files = {name.removeprefix(root): size for name, (_, size) in sizes.items()}
+                yield name, member
 
     def read(self, name: str) -> bytes:
         """Return a member, its CRC checked."""
@@ -140,17 +156,7 @@ class Zip(Storage):
         try:
             with self._lock, self._archive.open(self._members[name]) as member:
                 data = member.read(self.files[name] + 1)
-        except (
-            zipfile.BadZipFile,
-            OSError,
-            EOFError,
-            ValueError,
-            NotImplementedError,
-            RuntimeError,
-        ) as error:
-            raise InputError(f"damaged: {error}", path=self.label, location=f"member {name}") from error
-        except Exception as error:
-            # zlib.error and lzma.LZMAError have no common base.
+        except Exception as error:  # what zipfile, zlib, bz2 and lzma raise has no common base
             raise InputError(f"damaged: {error}", path=self.label, location=f"member {name}") from error
         if len(data) != self.files[name]:
             raise InputError(

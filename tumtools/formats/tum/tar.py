@@ -13,14 +13,17 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC, SeekableStream
-from tumtools.formats.tum.members import check_tar_member
-from tumtools.formats.tum.storage import Storage, find_root
+from tumtools.formats.tum.members import MAX_MEMBER_BYTES, check_tar_member
+from tumtools.formats.tum.storage import LIST_FILES, Storage, find_root
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
 _BLOCK: Final = 512
+_PIECE: Final = 1 << 18
+_MAX_HEADER_BYTES: Final = 1 << 20
+"""Long names and such take a few hundred bytes."""
 
 
 class _Bytes(Protocol):
@@ -64,13 +67,15 @@ class _ScanFile:
         self._source = source
 
     def read(self, size: int) -> bytes:
+        if size > _MAX_HEADER_BYTES:
+            raise InputError(f"a header of {size} bytes", location=f"offset {self._source.scanned} unpacked")
         return self._source.scan(size)
 
     def tell(self) -> int:
         return self._source.scanned
 
     def seek(self, position: int) -> None:
-        if position < self._source.scanned:
+        if position < self._source.scanned:  # a size below zero
             raise InputError("the archive's headers point backward")
         self._source.skip_scan(position)
 
@@ -98,6 +103,7 @@ class Tar(Storage):
     def _list_members(self) -> Iterator[tuple[str, tuple[int, int]]]:
         """Yield name, offset and size of each file; text files are kept on the way."""
         last = "its beginning"
+        kept = 0
         try:
             archive = tarfile.TarFile(fileobj=_ScanFile(self._bytes))  # type: ignore[arg-type]  # it only reads
             while (member := archive.next()) is not None:
@@ -105,22 +111,34 @@ class Tar(Storage):
                 name = check_tar_member(member, self.label)
                 last = f"member {member.name}"
                 if member.isfile():
-                    self._pass_over(member, name)
+                    is_text = name.rpartition("/")[2] in LIST_FILES and kept + member.size <= MAX_MEMBER_BYTES
+                    kept += member.size if is_text else 0
+                    self._pass_over(member, name if is_text else None)
                     yield name, (member.offset_data, member.size)
-        except tarfile.TarError as error:
-            message = f"not a readable tar archive: {error}"
-            raise InputError(message, path=self.label, location=f"after {last}") from error
+            self._finish(archive.offset)
         except InputError as error:
             if error.location and error.location.startswith("member"):
                 raise
-            place = f"{error.location or 'unknown offset'}, after {last}"
+            place = ", ".join(part for part in (error.location, f"after {last}") if part)
             raise InputError(error.message, path=self.label, location=place, hint=error.hint) from error
+        except (tarfile.TarError, ValueError, RecursionError) as error:
+            message = f"not a readable tar archive: {error}"
+            raise InputError(message, path=self.label, location=f"after {last}") from error
 
-    def _pass_over(self, member: tarfile.TarInfo, name: str) -> None:
-        """Move the first pass to the end of a member, whose text is kept if it is one."""
+    def _finish(self, end: int) -> None:
+        """Check that the end marker is there, and with it the checksum of compressed data behind it."""
+        if self._bytes.scanned < end + _BLOCK:
+            hint = "the file was cut off; get it again"
+            raise InputError("the archive ends without its end marker", hint=hint)
+        if self.sequential:
+            while self._bytes.scan(_PIECE):
+                pass
+
+    def _pass_over(self, member: tarfile.TarInfo, name: str | None) -> None:
+        """Move the first pass to the end of a member; its text is kept if a name is given for it."""
         # The last byte is left to tarfile, which reads it to see that it is there.
         end = member.offset_data + -(-member.size // _BLOCK) * _BLOCK - 1
-        if name.endswith(".txt"):
+        if name is not None:
             self._bytes.skip_scan(member.offset_data)
             self._texts[name] = self._bytes.scan(member.size)
         self._bytes.skip_scan(end)
@@ -145,10 +163,6 @@ class Tar(Storage):
                 f"{len(data)} of {size} bytes are there", path=self.label, location=f"member {name}"
             )
         return data
-
-    def read_many(self, names: Iterable[str]) -> Iterator[bytes | memoryview]:
-        """Yield members in the order asked for."""
-        return map(self.read, names)
 
     def place(self, name: str) -> str:
         """Tell where a member is."""

@@ -101,7 +101,7 @@ def parse(data: bytes, stream: str, path: str, *, tolerant: bool = False) -> Tab
         raise InputError(
             "this is not UTF-8 text (UTF-16 or binary)", path=path, location="line 1", hint="save it as UTF-8"
         )
-    if b"\r" in data and b"\n" not in data:
+    if b"\n" not in data and b"\r" in data.rstrip(b"\r"):
         raise InputError(
             "the lines end with CR alone", path=path, location="line 1", hint="save it with LF line ends"
         )
@@ -319,8 +319,7 @@ def render(
     else:
         body = _render_uniform(layout, stream, stamps, values)
     if not layout.final_newline and not layout.tail:
-        literal = len(stamps) - 1 in layout.overrides
-        body = body.removesuffix("\n" if literal else layout.newline)
+        body = body.removesuffix("\n")
     return (layout.head + body + layout.tail).encode("utf-8", "surrogateescape")
 
 

@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import gzip
 import io
+import re
 import tarfile
 from abc import ABC, abstractmethod
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from tumtools.formats.options import Progress, WriteOptions
 
 _ARCHIVE_SUFFIXES: Final = (".tgz", ".tar.gz")
+_PLAIN_NAME: Final = re.compile(r"\w[\w.+-]*")
 _PNG_SHARE: Final = {"32FC1": 0.11, "16UC1": 0.22, "mono16": 0.4}
 """Typical size of a PNG file as a share of the raw pixels, by encoding; colour is about half."""
 
@@ -89,11 +91,11 @@ def plan(sequence: Sequence, options: WriteOptions) -> Plan:
 
 def _losses(sequence: Sequence) -> tuple[Loss, ...]:
     calibrations = [
-        Loss(stream, "calibration", 1, "the layout has no place for a calibration of the recording's own")
+        Loss(stream, "calibration", 1, "the layout has no place for calibrations", alters_data=False)
         for stream in sequence.cameras
     ]
     frames = [
-        Loss(stream, f"frame id {frame}", 1, "the layout has no place for names of coordinate frames")
+        Loss(stream, f"frame id {frame}", 1, "the layout has no place for frame ids", alters_data=False)
         for stream, frame in sequence.info.frame_ids.items()
     ]
     return (*calibrations, *frames)
@@ -202,11 +204,13 @@ class _Archive(_Sink):
     """
 
     def __init__(self, path: Path, name: str) -> None:
-        self._file = path.open("wb")
-        self._gzip = gzip.GzipFile("", "wb", compresslevel=1, fileobj=self._file, mtime=0)
-        self._tar = tarfile.TarFile(fileobj=self._gzip, mode="w", format=tarfile.PAX_FORMAT)
-        # The name may come from a header line or a recording, which may be anybody's.
-        self._root = name.replace("\\", "/").rpartition("/")[2].replace(":", "_").strip(". ") or "sequence"
+        self._files = ExitStack()  # closes all, whichever of them finds the disk full
+        file = self._files.enter_context(path.open("wb"))
+        packed = self._files.enter_context(gzip.GzipFile("", "wb", compresslevel=1, fileobj=file, mtime=0))
+        self._tar = tarfile.TarFile(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT)
+        self._files.callback(self._tar.close)
+        # The name may come from anybody's recording.
+        self._root = name if _PLAIN_NAME.fullmatch(name) else path.name.split(".")[0]
         self._folders: set[str] = set()
         self.add_folder("")
 
@@ -228,6 +232,4 @@ class _Archive(_Sink):
         self._folders.add(name)
 
     def close(self) -> None:
-        self._tar.close()
-        self._gzip.close()
-        self._file.close()
+        self._files.close()

@@ -11,10 +11,10 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
+import secrets
 import shutil
-import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final
 
@@ -23,7 +23,8 @@ from tumtools.errors import OutputError, TumtoolsError, UsageError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-_LOCK: Final = "lock"
+_LOCK: Final = ".tumtools-lock"
+_OLD: Final = ".tumtools-old"
 _FSYNC_THREADS: Final = 8
 
 
@@ -41,43 +42,43 @@ def staged(target: Path, *, force: bool = False) -> Iterator[Path]:
 
     """
     refuse_existing(target, force=force)
+    folder = _new_name(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         _remove_stale(target)
-        folder, lock = _make_folder(target)
-    except OSError as error:
-        raise output_error(error, target) from error
-    with lock:
-        try:
+        while (lock := _make_locked(folder)) is None:
+            folder = _new_name(target)
+        with lock:
             path = folder / target.name
             yield path
             fsync_tree(path)
             _move_into_place(path, target, force=force)
-        except TumtoolsError:
-            raise
-        except OSError as error:
-            raise output_error(error, target) from error
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+    except TumtoolsError:
+        raise
+    except OSError as error:
+        raise output_error(error, target) from error
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
-def _make_folder(target: Path) -> tuple[Path, IO[str]]:
-    """Make a staging folder with its locked file, which no other process takes for stale."""
-    while True:
-        folder = Path(tempfile.mkdtemp(prefix=_prefix(target), dir=target.parent))
+def _new_name(target: Path) -> Path:
+    # Known before the folder is made, so that it is removed wherever an interrupt comes in between.
+    return target.parent / f"{_prefix(target)}{secrets.token_hex(8)}"
+
+
+def _make_locked(folder: Path) -> IO[str] | None:
+    """Make a folder with its locked file; None if another process took it for stale before it was locked."""
+    folder.mkdir(mode=0o700)
+    with ExitStack() as stack:
         try:
-            lock = (folder / _LOCK).open("a")
+            lock = stack.enter_context((folder / _LOCK).open("a"))
         except FileNotFoundError:
-            continue  # somebody has removed the folder before it could be locked
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            if _is_same_file(lock, folder / _LOCK):
-                return folder, lock
-        except BaseException:
-            lock.close()
-            shutil.rmtree(folder, ignore_errors=True)
-            raise
-        lock.close()
+            return None
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not _is_same_file(lock, folder / _LOCK):
+            return None
+        stack.pop_all()
+        return lock
 
 
 def _is_same_file(file: IO[str], path: Path) -> bool:
@@ -151,7 +152,19 @@ def fsync(path: str | Path) -> None:
 def _move_into_place(path: Path, target: Path, *, force: bool) -> None:
     refuse_existing(target, force=force)
     if os.path.lexists(target) and (path.is_dir() or target.is_dir()):
-        # A folder cannot be replaced in one step; the old one goes with the staging folder.
-        target.rename(path.parent / "old")
-    path.rename(target)
+        _swap(path, target)
+    else:
+        path.rename(target)
     fsync(target.parent)
+
+
+def _swap(path: Path, target: Path) -> None:
+    """Replace where one of the two is a folder, which takes two steps; the old one goes with the staging."""
+    old = path.parent / _OLD
+    try:
+        target.rename(old)
+        path.rename(target)
+    except BaseException:
+        if not os.path.lexists(target):
+            old.rename(target)
+        raise

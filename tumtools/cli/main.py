@@ -91,14 +91,12 @@ def run(arguments: list[str] | None = None) -> int:
     try:
         code = cli.main(args=arguments, prog_name="tumtools", standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.Abort:
-        return EXIT_INTERRUPTED
     except click.ClickException as error:
         error.show()
         return UsageError.exit_code
     except TumtoolsError as error:
         return _report(error)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, click.exceptions.Abort):  # click makes the second of the first
         output.message("interrupted; nothing half-written was left behind")
         return EXIT_INTERRUPTED
     except BrokenPipeError:

@@ -16,6 +16,8 @@ from tumtools.images import png
 from tumtools.sources import open_source
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
+NAME = "synthetic_freiburg1_room"
+"""In the headers of the fixtures."""
 
 
 @pytest.fixture
@@ -196,7 +198,7 @@ def test_other_files_are_named_one_by_one_and_other_folders_with_a_count(folder:
 
 def test_the_official_name_comes_from_the_header_not_the_folder(folder: Path) -> None:
     for path in folder.glob("*.txt"):
-        _edit(path, "_synthetic.bag", "_desk.bag")
+        _edit(path, NAME, "rgbd_dataset_freiburg1_desk")
     with open_source(folder) as sequence:
         assert sequence.info.name == "rgbd_dataset_freiburg1_desk"
         assert sequence.info.licence == "CC BY 4.0"
@@ -205,7 +207,7 @@ def test_the_official_name_comes_from_the_header_not_the_folder(folder: Path) ->
 @pytest.mark.parametrize("name", ["../../evil", "a/b", "x\\y", "", "a b"])
 def test_a_name_in_the_header_that_is_no_file_name_is_not_used(folder: Path, name: str) -> None:
     for path in folder.glob("*.txt"):
-        _edit(path, "rgbd_dataset_freiburg1_synthetic", name)
+        _edit(path, NAME, name)
     with open_source(folder) as sequence:
         assert sequence.info.name == "full"
 

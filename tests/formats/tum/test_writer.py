@@ -70,7 +70,7 @@ def test_an_archive_has_the_published_shape(tmp_path: Path) -> None:
     _convert(FIXTURES / "full", tmp_path / "x.tgz")
     with tarfile.open(tmp_path / "x.tgz") as archive:
         members = archive.getmembers()
-    name = "rgbd_dataset_freiburg1_synthetic"
+    name = "synthetic_freiburg1_room"
     assert [member.name for member in members if member.isdir()] == [name, f"{name}/rgb", f"{name}/depth"]
     assert {member.name.rpartition("/")[0] for member in members if member.isfile()} == {
         name,

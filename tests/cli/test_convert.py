@@ -1,0 +1,180 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""`tumtools convert`: its options, its exit codes and its report."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.formats.tum.archives import files_of
+from tumtools.cli.main import run
+from tumtools.sources import open_source
+
+FULL = Path(__file__).parents[2] / "fixtures" / "full"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return shutil.copytree(FULL, tmp_path / "in" / "full")
+
+
+def _stamps(path: Path) -> list[int]:
+    with open_source(path) as sequence:
+        return sequence.image_stamps("rgb").tolist()
+
+
+def test_the_report_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "notes.md").write_text("hello")
+    target = folder.parent / "full.mcap"
+    assert run(["convert", str(folder), "--to", "mcap", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["target"] == str(target)
+    assert document["bytes"] == target.stat().st_size
+    assert (document["frames"], document["verified"], document["lossless"]) == (8, True, False)
+    assert document["losses"][0] | {"stream": "notes.md", "count": 1} == document["losses"][0]
+
+
+def test_the_report_for_people(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["convert", str(folder), "--to", "mcap"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "8 images" in captured.err
+    assert "nothing lost" in captured.err
+
+
+def test_losses_are_a_table_on_stdout(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["convert", str(folder), "--to", "mcap", "--depth-encoding", "16UC1"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("lost:\n")
+    assert "0.0004 m" in out
+
+
+def test_a_dry_run_tells_on_stdout_and_writes_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = files_of(folder.parent)
+    assert run(["convert", str(folder), "--to", "mcap", "--dry-run"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith(f"would write {folder}.mcap: 8 images")
+    assert "about" in out
+    assert files_of(folder.parent) == before
+
+
+def test_strict_is_exit_3(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "notes.md").write_text("hello")
+    for more in ([], ["--dry-run"]):
+        assert run(["convert", str(folder), "--to", "mcap", "--strict", *more]) == 3
+        assert "notes.md" in capsys.readouterr().err
+    assert not folder.with_suffix(".mcap").exists()
+
+
+def test_an_existing_target_is_exit_2_and_force_replaces_it(folder: Path) -> None:
+    target = folder.parent / "x.mcap"
+    target.touch()
+    assert run(["convert", str(folder), str(target), "--to", "mcap"]) == 2
+    assert target.stat().st_size == 0
+    assert run(["convert", str(folder), str(target), "--to", "mcap", "--force"]) == 0
+    assert target.stat().st_size > 0
+
+
+@pytest.mark.parametrize("target", [".", "full"])
+def test_the_source_is_never_replaced(folder: Path, target: str, capsys: pytest.CaptureFixture[str]) -> None:
+    before = files_of(folder)
+    arguments = [
+        "convert",
+        str(folder),
+        str(folder.parent / target),
+        "--to",
+        "tum",
+        "--force",
+        "--every",
+        "2",
+    ]
+    assert run(arguments) == 2
+    assert "name another one" in capsys.readouterr().err
+    assert files_of(folder) == before
+
+
+def test_a_damaged_source_is_exit_4(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = min((folder / "depth").iterdir())
+    path.write_bytes(path.read_bytes()[:-1])
+    assert run(["convert", str(folder), "--to", "mcap"]) == 4
+    assert str(path) in capsys.readouterr().err
+    assert not folder.with_suffix(".mcap").exists()
+
+
+def test_the_current_folder_is_the_source_unless_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    assert run(["convert", "--to", "mcap"]) == 0
+    assert folder.with_suffix(".mcap").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "rows"),
+    [
+        (["--every", "2"], [0, 2]),
+        (["--start", "0.02"], [1, 2, 3]),
+        (["--start", "0.02", "--end", "0.08"], [1, 2]),
+        (["--end", "0"], [0]),
+        (["--start", "{2}"], [2, 3]),
+        (["--start", "{1}", "--end", "{2}"], [1, 2]),
+        (["--streams", "rgb, groundtruth"], [0, 1, 2, 3]),
+    ],
+)
+def test_a_part_is_chosen_by_time_and_number(
+    folder: Path, tmp_path: Path, options: list[str], rows: list[int]
+) -> None:
+    stamps = _stamps(folder)
+    texts = [f"{stamp // 10**9}.{stamp % 10**9:09d}" for stamp in stamps]
+    target = tmp_path / "x.mcap"
+    options = [option.format(*texts) for option in options]
+    assert run(["convert", str(folder), str(target), "--to", "mcap", *options]) == 0
+    assert _stamps(target) == [stamps[row] for row in rows]
+
+
+def test_a_clock_that_starts_near_zero_is_counted_from_the_first_stamp(tmp_path: Path) -> None:
+    source = tmp_path / "simulated"
+    shutil.copytree(FULL / "rgb", source / "rgb")
+    names = sorted(path.name for path in (source / "rgb").iterdir())
+    (source / "rgb.txt").write_text("".join(f"{10 + n}.0 rgb/{name}\n" for n, name in enumerate(names)))
+    assert run(["convert", str(source), "--to", "mcap", "--start", "2"]) == 0
+    assert _stamps(tmp_path / "simulated.mcap") == [12 * 10**9, 13 * 10**9]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--streams", "colour"],
+        ["--streams", ""],
+        ["--start", "soon"],
+        ["--start", "1e99"],
+        ["--start", "100"],
+        ["--every", "0"],
+        ["--jobs", "0"],
+        ["--topic", "rgb"],
+        ["--frame-id", "colour=x"],
+        ["--dialect", "modern"],
+    ],
+)
+def test_options_that_make_no_sense_are_exit_2(
+    folder: Path, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["convert", str(folder), "--to", "mcap", *options]) == 2
+    assert capsys.readouterr().err
+    assert not folder.with_suffix(".mcap").exists()
+
+
+@pytest.mark.real
+def test_the_published_sequence_to_mcap_and_back(real_sequence: Path, tmp_path: Path) -> None:
+    target = tmp_path / "x.mcap"
+    assert run(["convert", str(real_sequence), str(target), "--to", "mcap", "--archive"]) == 0
+    assert run(["convert", str(target), str(tmp_path / "back"), "--to", "tum"]) == 0
+    back = files_of(tmp_path / "back")
+    expected = files_of(real_sequence)
+    assert back == {name: expected[name] for name in back}
+    assert {"rgb.txt", "depth.txt", "groundtruth.txt", "accelerometer.txt"} <= back.keys()
+    assert len(back) == 184

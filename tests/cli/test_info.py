@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""`tumtools info` on what is there, what is incomplete and what is no sequence."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.formats.tum.archives import file, tar
+from tumtools.cli.main import run
+
+FIXTURES = Path(__file__).parents[2] / "fixtures"
+
+
+def _document(capsys: pytest.CaptureFixture[str], source: Path) -> dict:
+    assert run(["info", "--json", str(source)]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_streams_times_and_cameras_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+    document = _document(capsys, FIXTURES / "full")
+    assert (document["format"], document["camera"], document["warnings"]) == ("tum", "fr1", [])
+    rgb = document["streams"]["rgb"]
+    assert (rgb["count"], rgb["encoding"], rgb["width"], rgb["height"]) == (4, "rgb8", 64, 48)
+    assert int(rgb["first"]) < int(rgb["last"])
+    assert rgb["duration_s"] == (int(rgb["last"]) - int(rgb["first"])) / 1e9
+    assert document["streams"]["depth"]["depth_units_per_metre"] == 5000
+    assert document["streams"]["groundtruth"]["median_rate_hz"] == pytest.approx(100)
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in FIXTURES.iterdir() if path.is_dir()))
+def test_every_fixture_is_described(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    if not any((FIXTURES / name).glob("*.txt")):
+        pytest.skip("another layout")
+    streams = _document(capsys, FIXTURES / name)["streams"]
+    assert run(["info", str(FIXTURES / name)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert all(any(line.startswith(f"{stream} ") for line in lines) for stream in streams)
+
+
+def test_an_incomplete_sequence_is_described_with_what_is_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = shutil.copytree(FIXTURES / "full", tmp_path / "x")
+    shutil.rmtree(folder / "depth")
+    (folder / "accelerometer.txt").unlink()
+    document = _document(capsys, folder)
+    assert document["streams"]["depth"]["count"] == 4
+    assert document["streams"]["depth"]["encoding"] is None
+    (warning,) = document["warnings"]
+    assert warning.startswith(f"{folder}/depth.txt, line 4: there is no image depth/")
+    assert warning.endswith("4 of 4 are missing")
+
+
+def test_lists_without_rows_are_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "rgb.txt").write_text("")
+    (tmp_path / "groundtruth.txt").write_text("# nothing yet\n")
+    streams = _document(capsys, tmp_path)["streams"]
+    assert streams["rgb"]["count"] == streams["groundtruth"]["count"] == 0
+    assert run(["info", str(tmp_path)]) == 0
+
+
+@pytest.mark.parametrize("kind", ["folder", "x.mcap folder", "archive", "empty", "picture"])
+def test_what_is_no_sequence_is_exit_4_and_names_the_path(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
+) -> None:
+    path = tmp_path / ("x.mcap" if kind == "x.mcap folder" else "x.tgz")
+    if "folder" in kind:
+        path.mkdir()
+    else:
+        content = {
+            "archive": gzip.compress(tar([file("a/readme.txt", b"hello")])),
+            "empty": b"",
+            "picture": b"\xff\xd8\xff\xe0 JFIF",
+        }
+        path.write_bytes(content[kind])
+    assert run(["info", str(path)]) == 4
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"error: {path}")
+
+
+@pytest.mark.real
+def test_the_incomplete_published_sequence(real_data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["info", str(real_data / "malformed" / "incomplete")]) == 0
+    assert "are missing" in capsys.readouterr().err

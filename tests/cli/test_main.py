@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The program: exit codes, what goes to stdout and what to stderr, and what becomes of errors."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tumtools import __version__
+from tumtools.cli import main as program
+from tumtools.cli import output
+from tumtools.cli.main import COMMANDS, run
+
+FULL = Path(__file__).parents[2] / "fixtures" / "full"
+
+
+@pytest.fixture(autouse=True)
+def _normal_verbosity(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(output, "verbosity", 0)
+
+
+def _raise(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(program.cli, "main", fail)
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"tumtools {__version__}\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([command, "-h"]) == 0
+    assert capsys.readouterr().out.startswith(f"Usage: tumtools {command}")
+
+
+def test_help_lists_all_commands_without_importing_numpy() -> None:
+    code = "import sys; from tumtools.cli.main import run; run(['--help']); print(sorted(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    for command in COMMANDS:
+        assert f"\n  {command} " in done.stdout
+    modules = done.stdout.splitlines()[-1]
+    for heavy in ("'numpy'", "'PIL'", "'requests'", "'yaml'", "'tqdm'", "'tumtools.formats.registry'"):
+        assert heavy not in modules
+
+
+@pytest.mark.parametrize("arguments", [["nonsense"], ["info"], ["info", "--nonsense", "x"], ["convert", "x"]])
+def test_wrong_usage_is_exit_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "Error" in captured.err
+
+
+def test_a_bug_shows_a_traceback_and_asks_for_a_report(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _raise(monkeypatch, ZeroDivisionError("x"))
+    assert run([]) == 70
+    err = capsys.readouterr().err
+    assert "Traceback" in err
+    assert f"this is a bug of tumtools {__version__}: ZeroDivisionError: x" in err
+
+
+def test_an_interrupt_is_exit_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tumtools.sources.open_source", interrupt)
+    assert run(["digest", str(FULL)]) == 130
+    assert capsys.readouterr().err.strip() == "interrupted; nothing half-written was left behind"
+
+
+def test_what_the_system_refuses_is_no_bug(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _raise(monkeypatch, PermissionError(13, "Permission denied", "/x"))
+    assert run([]) == 4
+    assert capsys.readouterr().err == "error: /x: Permission denied\n"
+
+
+def test_an_error_of_the_input_is_exit_4_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["info", "/nowhere/at/all"]) == 4
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "/nowhere/at/all" in captured.err
+    assert "Traceback" not in captured.err
+
+
+def test_vv_shows_where_an_error_arose(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["-vv", "info", "/nowhere/at/all"]) == 4
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_reader_of_the_pipe_that_goes_away_is_no_error() -> None:
+    pipe = f"{sys.executable} -m tumtools digest --deep {FULL} | head -1"
+    done = subprocess.run(["bash", "-c", pipe], capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    assert json.loads(done.stdout)["stream"] == "rgb"
+
+
+def test_no_color_is_honoured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    assert "\x1b[" in output.style("x", bold=True)
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert output.style("x", bold=True, color="red") == "x"
+
+
+def test_file_names_in_no_known_coding_can_be_printed(tmp_path: Path) -> None:
+    folder = shutil.copytree(FULL, tmp_path / "full")
+    (folder / os.fsdecode(b"\xff.md")).touch()
+    for arguments in (["info"], ["info", "--json"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "tumtools", *arguments, str(folder)],
+            capture_output=True,
+            check=True,
+            env=os.environ | {"LC_ALL": "C.UTF-8"},
+        )
+        assert b"\\udcff.md" in done.stdout
+        if "--json" in arguments:
+            assert json.loads(done.stdout)["not_carried"][0]["stream"] == "\udcff.md"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_is_printed_for_each_shell(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["completion", shell]) == 0
+    assert "_TUMTOOLS_COMPLETE" in capsys.readouterr().out
+
+
+def test_completion_offers_the_commands() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "tumtools"],
+        env=os.environ
+        | {"_TUMTOOLS_COMPLETE": "bash_complete", "COMP_WORDS": "tumtools co", "COMP_CWORD": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert {"plain,convert", "plain,completion"} <= set(done.stdout.split())
+
+
+def test_formats_are_listed_for_people_and_programs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["formats"]) == 0
+    assert "--depth-encoding 32FC1|png|16UC1  (default 32FC1)" in capsys.readouterr().out
+    assert run(["formats", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema_version"] == 1
+    assert {"tum", "mcap"} <= {entry["name"] for entry in document["formats"]}
+
+
+def test_a_digest_is_printed_with_its_streams(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["digest", "--json", str(FULL)]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert run(["digest", "--deep", str(FULL)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == f"{document['sha256']}  {FULL}"
+    frames = [json.loads(line) for line in lines if line.startswith("{")]
+    assert len(frames) == 8
+    assert all(isinstance(frame["stamp"], str) for frame in frames)
+    assert document["streams"]["rgb"]["count"] == 4

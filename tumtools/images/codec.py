@@ -34,20 +34,20 @@ def image_of_png(
         origin: Where it comes from, for messages.
 
     Raises:
-        InputError: This is no PNG file.
+        InputError: This is no PNG file, or no depth where depth was expected.
 
     """
     with _named(origin):
         found = png.peek(data)
+        if depth_units_per_metre is not None and not found.is_grey16:
+            raise InputError(
+                f"a depth image is a PNG of 16-bit grey; this one has {found.bit_depth} bits, "
+                f"colour type {found.colour_type}",
+                location="offset 24",
+            )
     encoding = found.encoding
     if depth_units_per_metre is None and encoding == "16UC1":
         encoding = "mono16"
-    if depth_units_per_metre is not None and not found.is_grey16:
-        raise InputError(
-            f"a depth image is a PNG of 16-bit grey; this one has {found.bit_depth} bits, "
-            f"colour type {found.colour_type}",
-            location="offset 24",
-        )
     return Image(
         width=found.width,
         height=found.height,

@@ -13,6 +13,7 @@ import pytest
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.images import png
+from tumtools.images.codec import pixels_of, png_of
 from tumtools.sources import open_source
 
 FIXTURES = Path(__file__).parents[3] / "fixtures"
@@ -145,10 +146,12 @@ def test_a_damaged_image_is_named_and_the_sequence_can_be_opened(folder: Path) -
     data[60] ^= 1
     path.write_bytes(data)
     with open_source(folder) as sequence:
-        with pytest.raises(InputError, match="CRC") as caught:
-            next(sequence.images()).load()
-        assert caught.value.path == str(path)
-        assert caught.value.location == "offset 33"
+        image = next(sequence.images()).load()
+        for use in (pixels_of, png_of):
+            with pytest.raises(InputError, match="CRC") as caught:
+                use(image)
+            assert caught.value.path == str(path)
+            assert caught.value.location == "offset 33"
 
 
 def test_colour_in_the_depth_list_is_refused(folder: Path) -> None:

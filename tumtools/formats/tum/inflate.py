@@ -9,7 +9,6 @@ and what is read in no order at all is unpacked to a temporary file once.
 
 from __future__ import annotations
 
-import mmap
 import os
 import tempfile
 import zlib
@@ -34,6 +33,25 @@ _MIN_SPACING: Final = 1 << 21
 _MAX_CURSORS: Final = 4
 _MAX_RESTARTS: Final = 8
 _GZIP_WINDOW: Final = 31
+
+
+class RandomAccess:
+    """A file that several threads read at offsets of their own; no mapping, which would count as memory."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = str(path)
+        self._descriptor = os.open(path, os.O_RDONLY)
+        self.size = os.fstat(self._descriptor).st_size
+
+    def read_at(self, offset: int, size: int) -> bytes:
+        """Return the bytes at an offset; fewer at the end of the file."""
+        return os.pread(self._descriptor, size, offset)
+
+    def close(self) -> None:
+        """Close the file, if it is open."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
 
 
 class _Inflater(Protocol):
@@ -99,10 +117,9 @@ class Cursor:
 
     """
 
-    def __init__(self, path: str, data: memoryview) -> None:
-        self._path = path
-        self._data = data
-        self._kind: type[_Gzip | _Zstd] = _Gzip if bytes(data[:2]) == GZIP_MAGIC else _Zstd
+    def __init__(self, file: RandomAccess) -> None:
+        self._file = file
+        self._kind: type[_Gzip | _Zstd] = _Gzip if file.read_at(0, 2) == GZIP_MAGIC else _Zstd
         self._inflate: _Inflater = self._kind()
         self._in = 0
         self._buffer = b""
@@ -114,7 +131,7 @@ class Cursor:
         inflate = self._inflate.copy()
         if inflate is None:
             return None
-        other = Cursor(self._path, self._data)
+        other = Cursor(self._file)
         other._inflate, other._in = inflate, self._in
         other.position = self.position + len(self._buffer) - self._used
         return other
@@ -154,23 +171,23 @@ class Cursor:
             while not self._buffer:
                 if self._inflate.eof:
                     # Another gzip member or zstd frame may follow; zeros are padding.
-                    if not bytes(self._data[self._in : self._in + 4]).strip(b"\0"):
+                    if not self._file.read_at(self._in, 4).strip(b"\0"):
                         return False
                     self._inflate = self._kind()
-                block = bytes(self._data[self._in : self._in + self._inflate.block])
+                block = self._file.read_at(self._in, self._inflate.block)
                 self._buffer, used = self._inflate.step(block)
                 self._in += used
                 if not block and not self._buffer:
                     raise InputError(
                         "the compressed data ends too early",
-                        path=self._path,
+                        path=self._file.path,
                         location=f"offset {self._in}",
                         hint="the file was cut off; get it again",
                     )
         except (zlib.error, zstandard.ZstdError) as error:
             raise InputError(
                 f"the compressed data is damaged: {error}",
-                path=self._path,
+                path=self._file.path,
                 location=f"near offset {self._in}",
             ) from error
         return True
@@ -180,16 +197,13 @@ class SeekableStream:
     """The uncompressed content of a gzip or zstd file; safe to use from several threads."""
 
     def __init__(self, path: Path) -> None:
-        with path.open("rb") as file:
-            self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-        self._path = str(path)
-        self._data = memoryview(self._map)
-        self._spacing = max(_MIN_SPACING, len(self._data) // _MAX_CHECKPOINTS)
+        self._file = RandomAccess(path)
+        self._spacing = max(_MIN_SPACING, self._file.size // _MAX_CHECKPOINTS)
         self._checkpoints: list[Cursor] = []
         self._offsets: list[int] = []
         self._cursors: list[Cursor] = []
         self._lock = Lock()
-        self._scan = Cursor(self._path, self._data)
+        self._scan = Cursor(self._file)
         self._restarts = 0
         self._unpacked: IO[bytes] | None = None
 
@@ -245,16 +259,16 @@ class SeekableStream:
             return nearest
         self._restarts += 1
         # Two image streams in alphabetical order take two; a gzip file has its first checkpoint soon.
-        if self._restarts > _MAX_RESTARTS and not self._checkpoints and len(self._data) > _MIN_SPACING:
+        if self._restarts > _MAX_RESTARTS and not self._checkpoints and self._file.size > _MIN_SPACING:
             return None
-        return Cursor(self._path, self._data)
+        return Cursor(self._file)
 
     def _unpack(self) -> None:
         """Unpack all into a file without a name, for members in an order that suits no cursor."""
         with self._lock:
             if self._unpacked is not None:
                 return
-            cursor = Cursor(self._path, self._data)
+            cursor = Cursor(self._file)
             try:
                 file = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
                 self._unpacked = file
@@ -265,12 +279,13 @@ class SeekableStream:
                 raise InputError(
                     f"its members are in no order of time, and it cannot be unpacked to "
                     f"{tempfile.gettempdir()}: {error.strerror}",
-                    path=self._path,
+                    path=self._file.path,
                     hint="unpack it yourself and name the folder",
                 ) from error
 
     def close(self) -> None:
-        """Forget all cursors; the mapping goes with the last view of it."""
+        """Close the file and forget all cursors."""
+        self._file.close()
         if self._unpacked is not None:
             self._unpacked.close()
         self._cursors.clear()

@@ -144,7 +144,10 @@ class TumSequence(Sequence):
     def __init__(self, storage: Storage, *, tolerant: bool = False) -> None:
         self._tolerant = tolerant
         self._storage = storage
-        self.files = {stream: name for name, stream in reversed(LIST_FILES.items()) if name in storage.files}
+        self.files: dict[str, str] = {}
+        for name, stream in LIST_FILES.items():
+            if name in storage.files:
+                self.files.setdefault(stream, name)
         if not self.files:
             raise InputError(
                 f"no sequence here: none of {', '.join(LIST_FILES)}",

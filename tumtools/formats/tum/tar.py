@@ -7,12 +7,11 @@ One pass lists the members and keeps the text files. Images are then read at the
 
 from __future__ import annotations
 
-import mmap
 import tarfile
 from typing import TYPE_CHECKING, Final, Protocol
 
 from tumtools.errors import InputError, MissingInputError
-from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC, SeekableStream
+from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC, RandomAccess, SeekableStream
 from tumtools.formats.tum.members import MAX_MEMBER_BYTES, check_tar_member
 from tumtools.formats.tum.storage import LIST_FILES, Storage, find_root
 
@@ -33,7 +32,7 @@ class _Bytes(Protocol):
     def scanned(self) -> int: ...
     def scan(self, size: int) -> bytes: ...
     def skip_scan(self, position: int) -> None: ...
-    def read_at(self, offset: int, size: int) -> bytes | memoryview: ...
+    def read_at(self, offset: int, size: int) -> bytes: ...
     def close(self) -> None: ...
 
 
@@ -41,23 +40,22 @@ class _Plain:
     """An uncompressed tar file."""
 
     def __init__(self, path: Path) -> None:
-        with path.open("rb") as file:
-            self._data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        self._file = RandomAccess(path)
         self.scanned = 0
 
     def scan(self, size: int) -> bytes:
-        data = bytes(self._data[self.scanned : self.scanned + size])
+        data = self._file.read_at(self.scanned, size)
         self.scanned += len(data)
         return data
 
     def skip_scan(self, position: int) -> None:
-        self.scanned = min(position, len(self._data))
+        self.scanned = min(position, self._file.size)
 
-    def read_at(self, offset: int, size: int) -> memoryview:
-        return self._data[offset : offset + size]
+    def read_at(self, offset: int, size: int) -> bytes:
+        return self._file.read_at(offset, size)
 
     def close(self) -> None:
-        pass
+        self._file.close()
 
 
 class _ScanFile:
@@ -91,8 +89,12 @@ class Tar(Storage):
         self._bytes: _Bytes = SeekableStream(path) if compressed else _Plain(path)
         self.sequential = compressed
         self._texts: dict[str, bytes] = {}
-        members = dict(self._list_members())
-        root = find_root(members, self.label)
+        try:
+            members = dict(self._list_members())
+            root = find_root(members, self.label)
+        except BaseException:
+            self.close()
+            raise
         self.name = root.rstrip("/").rpartition("/")[2] or path.name.split(".")[0]
         self._places = {
             name.removeprefix(root): place for name, place in members.items() if name.startswith(root)
@@ -150,7 +152,7 @@ class Tar(Storage):
                 hint="the file was cut off; get it again",
             )
 
-    def read(self, name: str) -> bytes | memoryview:
+    def read(self, name: str) -> bytes:
         """Return a member."""
         if name in self._texts:
             return self._texts[name]

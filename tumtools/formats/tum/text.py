@@ -319,7 +319,8 @@ def render(
     else:
         body = _render_uniform(layout, stream, stamps, values)
     if not layout.final_newline and not layout.tail:
-        body = body.removesuffix("\n")
+        literal = len(stamps) - 1 in layout.overrides
+        body = body.removesuffix("\n" if literal else layout.newline)
     return (layout.head + body + layout.tail).encode("utf-8", "surrogateescape")
 
 

@@ -71,6 +71,7 @@ def describe(source: str, sequence: Sequence) -> dict[str, object]:
         "licence": info.licence,
         "citation": info.citation,
         "digest": info.digest,
+        "details": {title: [dict(row) for row in rows] for title, rows in sequence.details().items()},
         "not_carried": [loss_document(loss) for loss in info.not_carried],
         "warnings": list(info.warnings),
     }
@@ -122,9 +123,14 @@ def _print(document: dict[str, object]) -> None:
             )
         )
     output.print_table(rows, ("stream", "count", "first stamp", "duration s", "rate Hz", "images", "from"))
+    details = document["details"]
+    for title, table in details.items() if isinstance(details, dict) else ():
+        click.echo(f"{title}:")
+        cells = [["-" if value is None else str(value) for value in row.values()] for row in table]
+        output.print_table([tuple(row) for row in cells], tuple(table[0]))
     not_carried = document["not_carried"]
     for loss in not_carried if isinstance(not_carried, list) else ():
-        click.echo(f"not carried over: {loss['stream']} ({loss['why']})")
+        click.echo(f"not carried over: {loss['stream']}: {loss['what']}, {loss['count']} ({loss['why']})")
     warnings = document["warnings"]
     for text in warnings if isinstance(warnings, list) else ():
         output.warning(str(text))

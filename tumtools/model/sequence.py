@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping
@@ -31,6 +31,10 @@ DATA_CITATION: Final = (
     "J. Sturm, N. Engelhard, F. Endres, W. Burgard, D. Cremers: "
     "A Benchmark for the Evaluation of RGB-D SLAM Systems. IROS 2012."
 )
+
+
+DetailRow: TypeAlias = "Mapping[str, str | int | float | None]"
+"""A row of `Sequence.details`: column -> value; stamps as integer nanoseconds in a string."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +177,10 @@ class Sequence(ABC):
             InputError: The source is damaged.
 
         """
+
+    def details(self) -> Mapping[str, tuple[DetailRow, ...]]:
+        """Return what only this format knows, for people: tables by title, rows with the same columns."""
+        return {}
 
     def close(self) -> None:  # noqa: B027 - most sequences hold nothing open
         """Release files; the sequence is not used afterwards."""

@@ -12,7 +12,7 @@ import pytest
 from tests.formats.rawlog import made
 from tests.formats.rawlog.made import TICKS, image_record, imu, names_of, opened, save, scan, with_depth
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError, UsageError
-from tumtools.formats.rawlog import reader
+from tumtools.formats.rawlog import embedded, reader
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.observations import imu_of
 from tumtools.formats.rawlog.survey import survey
@@ -78,7 +78,7 @@ def test_embedded_images_in_any_order_come_in_time_order(
     path = save(tmp_path / "a.rawlog", *scans)
     expected = [(ticks_to_stamp(TICKS + FRAME_TICKS * number), order.index(number)) for number in range(5)]
     for held in (2**20, 0):  # kept until their turn, or read again from the beginning
-        monkeypatch.setattr(reader, "_HELD_BYTES", held)
+        monkeypatch.setattr(embedded, "_HELD_BYTES", held)
         with opened(path) as sequence:
             frames = list(sequence.images())
             assert [(frame.stamp, frame.row) for frame in frames] == expected

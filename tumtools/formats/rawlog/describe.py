@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from tumtools.formats.rawlog.externals import Folder
@@ -13,9 +13,11 @@ from tumtools.formats.rawlog.survey import Survey, survey
 from tumtools.model.time import NANOSECONDS_PER_SECOND, ticks_to_stamp
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from tumtools.formats.rawlog.compression import Container
+    from tumtools.model.sequence import DetailRow
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,3 +146,34 @@ def description_of(found: Survey) -> Description:
         external_folder=folder.name if folder else None,
         stopped=str(found.damage) if found.damage else None,
     )
+
+
+def tables(found: Description) -> Mapping[str, tuple[DetailRow, ...]]:
+    """Return a description as tables; stamps as integer nanoseconds in strings."""
+    file: DetailRow = {
+        "compression": found.compression,
+        "bytes": found.stored_bytes,
+        "inflated": found.inflated_bytes,
+        "objects": found.objects,
+        "first": _text(found.first),
+        "last": _text(found.last),
+        "external_folder": found.external_folder,
+    }
+    classes: tuple[DetailRow, ...] = tuple(asdict(entry) for entry in found.classes)
+    sensors: tuple[DetailRow, ...] = tuple(
+        {
+            "label": sensor.label,
+            "class": sensor.type,
+            "count": sensor.count,
+            "rate_hz": round(sensor.rate_hz, 3) if sensor.rate_hz else None,
+            "duration_s": round(sensor.duration_s, 6),
+            "first": _text(sensor.first),
+            "last": _text(sensor.last),
+        }
+        for sensor in found.sensors
+    )
+    return {"rawlog": (file,), "classes": classes, "sensors": sensors}
+
+
+def _text(stamp: int | None) -> str | None:
+    return None if stamp is None else str(stamp)

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InputError, MissingInputError, UsageError
-from tumtools.formats.rawlog import comment
+from tumtools.formats.rawlog import comment, describe
+from tumtools.formats.rawlog.embedded import Embedded, pictures_in
 from tumtools.formats.rawlog.externals import Folder
-from tumtools.formats.rawlog.pictures import Picture, pictures_of
-from tumtools.formats.rawlog.survey import Place, Survey, observations_of, survey
+from tumtools.formats.rawlog.survey import Place, Survey, survey
 from tumtools.formats.tum.text import parse
 from tumtools.model.camera import camera_of_name
 from tumtools.model.sequence import (
@@ -30,14 +30,16 @@ from tumtools.model.signals import Accelerometer, Trajectory
 from tumtools.model.time import stamp_to_ticks
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
 
     from tumtools.formats.options import ReadOptions
     from tumtools.formats.rawlog.comment import Notes
+    from tumtools.formats.rawlog.pictures import Picture
     from tumtools.model.image import Image
+    from tumtools.model.sequence import DetailRow
     from tumtools.model.text import TextLayout
 
 SUFFIX: Final = ".rawlog"
@@ -46,8 +48,6 @@ _GROUNDTRUTH: Final = "groundtruth"
 ACCELEROMETER: Final = "accelerometer"
 _FLOAT_TIME_ERROR_NS: Final = 1000
 """A time that went through float64 is off by less than this; the file name then tells it exactly."""
-_HELD_BYTES: Final = 64 * 2**20
-"""Embedded images that come before their turn are kept up to this size, and read again beyond it."""
 _METRES: Final = 1.0
 """Units per metre of depth that was in metres, not in counts."""
 _NO_PLACE: Final = "a sequence has no stream for it"
@@ -333,6 +333,10 @@ class RawlogSequence(Sequence):
         if found.comment and self._notes is None:
             yield Loss("comment", "comment text", 1, _NO_PLACE)
 
+    def details(self) -> Mapping[str, tuple[DetailRow, ...]]:
+        """Return what is in the rawlog: the file, its classes, its sensors."""
+        return describe.tables(describe.description_of(self._survey))
+
     # --- the images -----------------------------------------------------------------------------------
 
     def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
@@ -372,7 +376,9 @@ class RawlogSequence(Sequence):
             )
 
     def _frames(self, wanted: list[_Entry]) -> Iterator[Frame]:
-        embedded = _Embedded(self._survey, wanted)
+        embedded = Embedded(
+            self._survey, {entry.place.key for entry in wanted if entry.place.picture.file is None}
+        )
         frame_ids = self._notes.frame_ids if self._notes else {}
         for entry in wanted:
             place = entry.place
@@ -386,48 +392,7 @@ class RawlogSequence(Sequence):
 
     def _load_again(self, place: Place) -> Image:
         """Read an embedded image that was not held, from the beginning of the file."""
-        for number, part, picture in _pictures(self._survey):
-            if (number, part) == (place.number, place.part):
+        for key, picture in pictures_in(self._survey):
+            if key == place.key:
                 return self._load(picture)
         raise InputError(f"object {place.number} is not there any more", path=self._path)
-
-
-class _Embedded:
-    """Goes once through the file and hands out the embedded images that are wanted, in any order."""
-
-    def __init__(self, found: Survey, wanted: list[_Entry]) -> None:
-        self._pending = {
-            (entry.place.number, entry.place.part) for entry in wanted if entry.place.picture.file is None
-        }
-        self._pictures = _pictures(found)
-        self._held: dict[tuple[int, int], Picture] = {}
-        self._held_bytes = 0
-        self._position = (-1, -1)
-
-    def take(self, place: Place) -> Picture | None:
-        """Return the image of a place; None if it was too much to hold and has to be read again."""
-        key = (place.number, place.part)
-        while self._position < key:
-            number, part, picture = next(self._pictures, (place.number + 1, 0, None))
-            self._position = (number, part)
-            if picture is None or self._position not in self._pending:
-                continue
-            if self._position == key or self._held_bytes + picture.nbytes <= _HELD_BYTES:
-                self._held[self._position] = picture
-                self._held_bytes += picture.nbytes
-        held = self._held.pop(key, None)
-        if held is not None:
-            self._held_bytes -= held.nbytes
-        return held
-
-
-def _pictures(found: Survey) -> Iterator[tuple[int, int, Picture]]:
-    """Yield object number, number in the object, and image, of the part of the file that can be read."""
-    for number, record in enumerate(found.objects):
-        part = 0
-        for observation in observations_of(record):
-            for picture in pictures_of(observation):
-                yield number, part, picture
-                part += 1
-        if number + 1 == found.count:
-            return

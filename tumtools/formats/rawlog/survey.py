@@ -28,6 +28,10 @@ _WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage"
 _COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
 
 
+Key = tuple[int, int]
+"""An image: number of its top-level object, and which of the images of that object."""
+
+
 @dataclass(slots=True)
 class Sensor:
     """The observations of one class under one label.
@@ -75,6 +79,11 @@ class Place:
     part: int
     picture: Picture
     nbytes: int
+
+    @property
+    def key(self) -> Key:
+        """Number of the object and of the image in it."""
+        return self.number, self.part
 
 
 @dataclass(slots=True)

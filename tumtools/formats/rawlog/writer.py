@@ -15,7 +15,7 @@ from tumtools.formats import metadata
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.rawlog import comment
 from tumtools.formats.rawlog.classes import CODEC
-from tumtools.formats.rawlog.compression import CONTAINERS, Container, deflate, deflater
+from tumtools.formats.rawlog.compression import CONTAINERS, Container, deflater
 from tumtools.formats.rawlog.dialects import (
     DIALECTS,
     IMU_LABEL,
@@ -29,15 +29,15 @@ from tumtools.formats.rawlog.dialects import (
     comment_bytes,
     scan_record,
 )
-from tumtools.formats.rawlog.externals import IMAGES_SUFFIX, depth_payload, metres_payload
+from tumtools.formats.rawlog.externals import IMAGES_SUFFIX
 from tumtools.formats.rawlog.plan import Key, ScanPlan, Slot, plan_converter, plan_lossless
 from tumtools.formats.rawlog.reader import ACCELEROMETER, GROUNDTRUTH_FILE, SUFFIX
+from tumtools.formats.rawlog.store import Store, Stored
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images import depth
-from tumtools.images.codec import pixels_of, png_of
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, calibration
-from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE, Loss
+from tumtools.model.sequence import Loss
 from tumtools.model.text import default_layout
 
 if TYPE_CHECKING:
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from tumtools.formats.rawlog.archive import Record
     from tumtools.formats.rawlog.compression import Deflater
     from tumtools.model.camera import CameraInfo
-    from tumtools.model.image import Image
     from tumtools.model.sequence import Frame, Sequence
 
 _CONVERTER_UNITS_PER_METRE: Final = 1000.0
@@ -86,7 +85,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     images.mkdir(parents=True)
     if sequence.groundtruth is not None:
         (target / GROUNDTRUTH_FILE).write_bytes(_groundtruth_text(sequence))
-    store = _Store(images, dialect, container, plan.files())
+    store = Store(images, dialect, container, plan.files())
     with closing(_Objects(target / f"{stem}{SUFFIX}", deflater(container))) as out:
         writer = _ScanWriter(out, sequence, plan, dialect, options)
         for stored in ordered_map(store, _wanted(sequence, store.names), options.jobs):
@@ -165,68 +164,6 @@ def _wanted(sequence: Sequence, names: Mapping[Key, list[str]]) -> Iterator[Fram
     return (frame for frame in sequence.images(streams) if (frame.stream, frame.row) in names)
 
 
-# --- external files -----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class _Stored:
-    """An image that is in its file."""
-
-    key: Key
-    suffix: str
-    width: int
-    height: int
-    nbytes: int
-    range_units: float = 0.0
-    rounding: depth.Rounding = depth.EXACT
-
-
-@dataclass(frozen=True, slots=True)
-class _Store:
-    """Puts images into files; called by several threads."""
-
-    folder: Path
-    dialect: Dialect
-    container: Container
-    names: Mapping[Key, list[str]]
-
-    def __call__(self, frame: Frame) -> _Stored:
-        image = frame.load()
-        key = (frame.stream, frame.row)
-        stored = _Stored(key, "", image.width, image.height, 0)
-        if frame.stream == "depth":
-            payload, units, rounding = self._depth(image)
-            data: bytes | memoryview = deflate(payload, self.container)
-            stored = replace(stored, suffix=".bin", range_units=1 / units, rounding=rounding)
-        elif image.compressed is not None and image.compression == "jpeg":
-            data, stored = image.compressed, replace(stored, suffix=".jpg")
-        else:
-            data, stored = png_of(image), replace(stored, suffix=".png")
-        for name in self.names[key]:
-            with (self.folder / f"{name}{stored.suffix}").open("wb") as file:
-                file.write(data)
-        return replace(stored, nbytes=len(data) * len(self.names[key]))
-
-    def _depth(self, image: Image) -> tuple[bytes, float, depth.Rounding]:
-        """Return the content of the depth file, counts per metre, and what rounding changed."""
-        pixels = pixels_of(image)
-        units = image.depth_units_per_metre or TUM_DEPTH_UNITS_PER_METRE
-        is_float = pixels.dtype.kind == "f"
-        if self.dialect.float_depth:
-            metres = pixels if is_float else depth.to_metres(pixels.astype(np.uint16, copy=False), units)
-            return (
-                metres_payload(np.nan_to_num(metres.astype(np.float32, copy=False), nan=0.0)),
-                units,
-                depth.EXACT,
-            )
-        if is_float:
-            units = TUM_DEPTH_UNITS_PER_METRE
-            counts, rounding = depth.to_counts(pixels.astype(np.float32, copy=False), units)
-        else:
-            counts, rounding = pixels.astype(np.uint16, copy=False), depth.EXACT
-        return depth_payload(counts), units, rounding
-
-
 # --- the rawlog ---------------------------------------------------------------------------------------
 
 
@@ -269,7 +206,7 @@ class _ScanWriter:
     plan: ScanPlan
     dialect: Dialect
     options: WriteOptions
-    _stored: dict[Key, _Stored] = field(init=False, default_factory=dict)
+    _stored: dict[Key, Stored] = field(init=False, default_factory=dict)
     _cameras: dict[tuple[str, int, int], Record] = field(init=False, default_factory=dict)
     _uses: dict[Key, int] = field(init=False)
     _next_slot: int = field(init=False, default=0)
@@ -287,7 +224,7 @@ class _ScanWriter:
             notes = _notes(self.sequence, self.dialect, self.options)
             self.out.add(comment_bytes(self.dialect, comment.dump(notes), first))
 
-    def add(self, stored: _Stored) -> None:
+    def add(self, stored: Stored) -> None:
         """Take an image in and write the scans that were waiting for it."""
         self._stored[stored.key] = stored
         self._rounded.add(stored.rounding)
@@ -342,14 +279,14 @@ class _ScanWriter:
         )
         self.out.add(CODEC.encode(record))
 
-    def _take(self, key: Key | None) -> _Stored | None:
+    def _take(self, key: Key | None) -> Stored | None:
         """Return an image, and forget it after its last use."""
         if key is None:
             return None
         self._uses[key] -= 1
         return self._stored[key] if self._uses[key] else self._stored.pop(key)
 
-    def _camera(self, stream: str, image: _Stored | None) -> Record:
+    def _camera(self, stream: str, image: Stored | None) -> Record:
         width, height = _DEFAULT_SIZE if image is None else (image.width, image.height)
         key = (stream, width, height)
         if key not in self._cameras:

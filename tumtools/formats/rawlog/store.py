@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Put the images of a sequence into the files beside a rawlog."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tumtools.formats.rawlog.compression import Container, deflate
+from tumtools.formats.rawlog.externals import depth_payload, metres_payload
+from tumtools.images import depth
+from tumtools.images.codec import pixels_of, png_of
+from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from tumtools.formats.rawlog.dialects import Dialect
+    from tumtools.formats.rawlog.plan import Key
+    from tumtools.model.image import Image
+    from tumtools.model.sequence import Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """An image that is in its file."""
+
+    key: Key
+    suffix: str
+    width: int
+    height: int
+    nbytes: int
+    range_units: float = 0.0
+    rounding: depth.Rounding = depth.EXACT
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Puts images into files; called by several threads."""
+
+    folder: Path
+    dialect: Dialect
+    container: Container
+    names: Mapping[Key, list[str]]
+
+    def __call__(self, frame: Frame) -> Stored:
+        """Write the file or files of an image."""
+        image = frame.load()
+        key = (frame.stream, frame.row)
+        stored = Stored(key, "", image.width, image.height, 0)
+        if frame.stream == "depth":
+            payload, units, rounding = self._depth(image)
+            data: bytes | memoryview = deflate(payload, self.container)
+            stored = replace(stored, suffix=".bin", range_units=1 / units, rounding=rounding)
+        elif image.compressed is not None and image.compression == "jpeg":
+            data, stored = image.compressed, replace(stored, suffix=".jpg")
+        else:
+            data, stored = png_of(image), replace(stored, suffix=".png")
+        for name in self.names[key]:
+            with (self.folder / f"{name}{stored.suffix}").open("wb") as file:
+                file.write(data)
+        return replace(stored, nbytes=len(data) * len(self.names[key]))
+
+    def _depth(self, image: Image) -> tuple[bytes, float, depth.Rounding]:
+        """Return the content of the depth file, counts per metre, and what rounding changed."""
+        pixels = pixels_of(image)
+        units = image.depth_units_per_metre or TUM_DEPTH_UNITS_PER_METRE
+        is_float = pixels.dtype.kind == "f"
+        if self.dialect.float_depth:
+            metres = pixels if is_float else depth.to_metres(pixels.astype(np.uint16, copy=False), units)
+            return (
+                metres_payload(np.nan_to_num(metres.astype(np.float32, copy=False), nan=0.0)),
+                units,
+                depth.EXACT,
+            )
+        if is_float:
+            units = TUM_DEPTH_UNITS_PER_METRE
+            counts, rounding = depth.to_counts(pixels.astype(np.float32, copy=False), units)
+        else:
+            counts, rounding = pixels.astype(np.uint16, copy=False), depth.EXACT
+        return depth_payload(counts), units, rounding

@@ -8,8 +8,10 @@ can only be read from its beginning by somebody who knows every class in it. All
 
 from __future__ import annotations
 
+import re
 import struct
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NoReturn, Protocol, TypeAlias
 
 import numpy as np
@@ -24,6 +26,7 @@ END_MARK: Final = 0x88
 MODERN_MARK: Final = 0x80
 """Set in the first byte of an object, above the length of its name; clear in files before MRPT 0.5.5."""
 MAX_NAME: Final = 120
+_CLASS_NAME: Final = re.compile(rb"[\w:]+")
 MAX_FIELD: Final = 128 * 2**20
 """No field is longer than this many bytes: a depth image of 8192x8192."""
 
@@ -38,6 +41,7 @@ Value: TypeAlias = "int | float | str | Array | Record | list[Record] | list[Fie
 Fields: TypeAlias = dict[str, Value]
 
 
+@lru_cache(maxsize=256)
 def class_of(name: str) -> str:
     """Return the class that a name stands for: without its namespace, in today's spelling."""
     short = name.rpartition("::")[2]
@@ -251,7 +255,7 @@ def read_header(source: Input) -> Header:
     if not 0 < length <= MAX_NAME:
         source.fail(f"no object begins here: a class name of {length} letters, expected 1 to {MAX_NAME}")
     raw = bytes(source.take(length))
-    if not all(byte == ord(":") or byte == ord("_") or chr(byte).isalnum() for byte in raw):
+    if not _CLASS_NAME.fullmatch(raw):
         source.fail(f"no object begins here: {raw[:40]!r} is no class name")
     name = raw.decode("latin-1")
     if name in {NULL, EMPTY}:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -28,6 +29,7 @@ IMAGES_SUFFIX: Final = "_Images"
 """What the name of the folder of the files adds to the name of the rawlog."""
 _FOLDERS: Final = ("{stem}_Images", "{stem}_images", "{stem}_IMAGES", "Images")
 _MAX_FILE: Final = archive.MAX_FIELD
+_COUNTS: Final = 65_536
 _U16_HEADER: Final = struct.Struct("<II")
 
 
@@ -179,6 +181,27 @@ def _text_depth(data: bytes, path: Path) -> npt.NDArray[np.uint16] | npt.NDArray
     if whole.all() and matrix.size and matrix.min() >= 0 and matrix.max() <= np.iinfo(np.uint16).max:
         return matrix.astype(np.uint16)
     return matrix.astype(np.float32)
+
+
+@lru_cache(maxsize=8)
+def _metres(units_per_metre: float) -> npt.NDArray[np.float32]:
+    table = (np.arange(_COUNTS) / units_per_metre).astype(np.float32)
+    table.flags.writeable = False
+    return table
+
+
+def metres_of(counts: npt.NDArray[np.uint16], units_per_metre: float) -> npt.NDArray[np.float32]:
+    """Return counts as MRPT's float depth: metres, 0 where there is no reading."""
+    return _metres(units_per_metre)[counts]
+
+
+def counts_of(metres: npt.NDArray[np.float32], units_per_metre: float) -> npt.NDArray[np.uint16] | None:
+    """Return the counts that float depth holds exactly, None if there is a pixel that is no count."""
+    scaled = np.rint(metres * np.float32(units_per_metre))
+    if not (scaled.min() >= 0 and scaled.max() < _COUNTS):  # so that NaN fails too
+        return None
+    counts = scaled.astype(np.uint16)
+    return counts if np.array_equal(metres_of(counts, units_per_metre), metres) else None
 
 
 def depth_payload(counts: npt.NDArray[np.uint16]) -> bytes:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -116,21 +117,31 @@ def camera_of(record: Record | None, swapped: bool = False) -> CameraInfo | None
 
 def _moves(pose: Record | None) -> bool:
     """Tell whether a pose shifts or turns anything."""
-    if pose is None or not pose.array("values").size:
-        return False
-    position, rotation = np.split(pose.array("values").astype(np.float64), [3])
+    values = pose.array("values") if pose is not None else None
+    return values is not None and values.dtype == np.float64 and _moves_by(values.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _moves_by(values: bytes) -> bool:
+    """Tell it of the numbers of a pose: x y z, then a quaternion, scalar first, or a matrix by row."""
+    position, rotation = np.split(np.frombuffer(values, "<f8"), [3])
     still = (1, 0, 0, 0) if len(rotation) == 4 else (1, 0, 0, 0, 1, 0, 0, 0, 1)  # noqa: PLR2004 - w x y z
     return bool(position.any()) or len(rotation) != len(still) or not np.allclose(rotation, still)
 
 
-def not_carried(record: Record) -> Iterator[str]:
-    """Name what an observation holds and the model has no place for."""
+def not_carried(record: Record, imu: Imu | None = None) -> Iterator[str]:
+    """Name what an observation holds and the model has no place for.
+
+    Args:
+        record: The observation.
+        imu: Its values, if it is a `CObservationIMU`.
+
+    """
     if record.type in _WITH_STREAMS and _moves(record.child("sensor_pose")):
         yield "pose of the sensor on the robot"
     if record.type == "CObservation3DRangeScan":
         yield from _beside_the_images(record)
-    elif record.type == "CObservationIMU":
-        imu = imu_of(record)
+    elif imu is not None:
         if not imu.has_acceleration:
             yield "inertial values without acceleration"
         elif imu.has_more:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumtools.formats.rawlog.compression import Container, deflate
-from tumtools.formats.rawlog.externals import depth_payload, metres_payload
+from tumtools.formats.rawlog.externals import depth_payload, metres_of, metres_payload
 from tumtools.images import depth
 from tumtools.images.codec import pixels_of, png_of
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
@@ -71,12 +71,11 @@ class Store:
         units = image.depth_units_per_metre or TUM_DEPTH_UNITS_PER_METRE
         is_float = pixels.dtype.kind == "f"
         if self.dialect.float_depth:
-            metres = pixels if is_float else depth.to_metres(pixels.astype(np.uint16, copy=False), units)
-            return (
-                metres_payload(np.nan_to_num(metres.astype(np.float32, copy=False), nan=0.0)),
-                units,
-                depth.EXACT,
-            )
+            if is_float:
+                metres = np.where(np.isnan(pixels), 0, pixels).astype(np.float32, copy=False)
+            else:
+                metres = metres_of(pixels.astype(np.uint16, copy=False), units)
+            return metres_payload(metres), units, depth.EXACT
         if is_float:
             units = TUM_DEPTH_UNITS_PER_METRE
             counts, rounding = depth.to_counts(pixels.astype(np.float32, copy=False), units)

@@ -139,13 +139,19 @@ class Survey:
                     hint="the file is damaged; with --salvage what is before this object is read",
                 )
             self.sensors.setdefault((observation.type, label), Sensor()).add(ticks)
-            for what in observations.not_carried(observation):
+            imu = observations.imu_of(observation) if observation.type == "CObservationIMU" else None
+            for what in observations.not_carried(observation, imu):
                 self.not_carried[label, what] += 1
             for picture in pictures_of(observation):
                 self._add_picture(number, part, picture)
                 part += 1
             self._add_cameras(observation, label)
-            self._add_other(observation, label, ticks)
+            if imu is not None and imu.has_acceleration:
+                self._add_acceleration(imu, label, ticks)
+            elif observation.type == "CObservationComment":
+                self.comment += observation.text("text")
+            elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
+                self.euclidean[label] += 1
 
     def candidates(self) -> dict[str, Counter[str]]:
         """Return the labels that give each stream, with the number of its images or rows."""
@@ -169,19 +175,13 @@ class Survey:
             if self.cameras.setdefault((stream, label), camera) != camera:
                 self.cameras_changed.add(stream)
 
-    def _add_other(self, observation: Record, label: str, ticks: int) -> None:
-        if observation.type == "CObservationComment":
-            self.comment += observation.text("text")
-        elif observation.type == "CObservationIMU":
-            imu = observations.imu_of(observation)
-            if imu.has_acceleration and not ticks:
-                self.timeless += 1
-            elif imu.has_acceleration:
-                rows = self.accelerations.setdefault(label, Accelerations())
-                rows.ticks.append(ticks)
-                rows.values.extend(imu.values[:3].tolist())
-        elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
-            self.euclidean[label] += 1
+    def _add_acceleration(self, imu: observations.Imu, label: str, ticks: int) -> None:
+        if not ticks:
+            self.timeless += 1
+            return
+        rows = self.accelerations.setdefault(label, Accelerations())
+        rows.ticks.append(ticks)
+        rows.values.extend(imu.values[:3].tolist())
 
 
 def observations_of(record: Record) -> Iterator[Record]:

@@ -43,7 +43,7 @@ class WriteOptions:
         ros_distro: ROS 2 release that must be able to read the result.
         color_encoding: `png`, `rgb8` or `bgr8`.
         depth_encoding: `png`, `32FC1` or `16UC1`.
-        compression: `none`, `lz4`, `zstd` or `bz2`.
+        compression: `none`, `lz4`, `zstd`, `bz2` or `gzip`.
         dialect: rawlog dialect: `modern`, `legacy` or `converter`.
         groundtruth: `pose`, `tf`, `both` or `none`.
         camera: Name of a calibration (`tumtools.model.camera.CAMERAS`) to use instead of the sequence's.

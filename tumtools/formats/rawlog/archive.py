@@ -214,15 +214,13 @@ class Input:
         if len(self._buffer) - self._position >= size:
             return True
         rest = self._buffer[self._position :]
-        parts, have = [rest], len(rest)
+        parts, have = [rest] if rest else [], len(rest)
         while have < size and (piece := self._pieces.next()):
             parts.append(memoryview(piece))
             have += len(piece)
         self._base += self._position
         self._position = 0
-        self._buffer = memoryview(b"".join(parts)) if rest else parts[-1]
-        if not rest and len(parts) > 2:  # noqa: PLR2004 - the empty rest and more than one piece
-            self._buffer = memoryview(b"".join(parts))
+        self._buffer = parts[0] if len(parts) == 1 else memoryview(b"".join(parts))
         return have >= size
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from tumtools.formats.rawlog import intrinsics
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.classes import CODEC
 
@@ -108,7 +109,6 @@ _TO_OPTICAL: Final = {
 _NO_COUNTS: Final = np.empty(0, np.dtype("<u2"))
 _NO_METRES: Final = np.empty(0, np.dtype("<f4"))
 _CAMERA_NAME: Final = "camera1"
-_NO_DISTORTION, _PLUMB_BOB = 0, 1
 IMU_VALUES: Final = {4: 31, 2: 15}
 """Numbers of an IMU object, by version."""
 _ACCELERATIONS: Final = 3
@@ -119,27 +119,24 @@ def _pose(dialect: Dialect, values: Mapping[int, tuple[float, ...]]) -> Record:
 
 
 def camera_record(dialect: Dialect, camera: CameraInfo) -> Record:
-    """Return the intrinsics of a camera."""
-    size = dialect.versions["TCamera"]
-    coefficients = 8 if size >= 3 else 5  # noqa: PLR2004 - since version 3
-    distortion = np.zeros(coefficients, "<f8")
-    stored = camera.d[:coefficients]
-    distortion[: len(stored)] = stored
+    """Return the intrinsics of a camera; what the class has no place for stays in the comment."""
+    version = dialect.versions["TCamera"]
+    distortion, model = intrinsics.distortion_of(camera, version)
     rows, columns = camera.height, camera.width
     if dialect.swapped_size:
         rows, columns = columns, rows
     fx, cx, fy, cy = camera.k[0], camera.k[2], camera.k[4], camera.k[5]
-    intrinsics = dialect.record("CMatrixD", rows=3, columns=3, values=np.array(camera.k, "<f8"))
+    matrix = dialect.record("CMatrixD", rows=3, columns=3, values=np.array(camera.k, "<f8"))
     return dialect.record(
         "TCamera",
         focal_length_metres=0.0,
         distortion=distortion,
-        intrinsics=intrinsics,
+        intrinsics=matrix,
         fx_fy_cx_cy=np.array([fx, fy, cx, cy], "<f8"),
         rows=rows,
         columns=columns,
         name=_CAMERA_NAME,
-        model=_PLUMB_BOB if distortion.any() else _NO_DISTORTION,
+        model=model,
     )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.model.camera import CameraInfo
+from tumtools.formats.rawlog.intrinsics import camera_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from tumtools.formats.rawlog.archive import Record
+    from tumtools.model.camera import CameraInfo
 
 IMU_CHANNELS: Final = 31
 """0-2 acceleration X Y Z (m/s2); 3 yaw, 4 pitch, 5 roll rate (rad/s); 6-8 velocity; 9-11 yaw pitch roll;
@@ -27,10 +28,7 @@ _YAW_RATE, _ROLL_RATE = 3, 5
 _SWAPPED_UNTIL: Final = 1
 """Versions up to this have yaw and roll rate the other way round."""
 _SWAPPED_SIZE_UNTIL: Final = 8
-_DISTORTION_MODELS: Final = {0: "plumb_bob", 1: "plumb_bob", 2: "equidistant"}
 _WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage", "CObservationIMU"})
-_RATIONAL: Final = "rational_polynomial"
-_PLUMB_BOB_COEFFICIENTS: Final = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,39 +78,6 @@ def cameras_of(record: Record) -> Iterator[tuple[str, CameraInfo]]:
                 yield stream, camera
     elif record.type == "CObservationImage" and (camera := camera_of(record.child("camera"))):
         yield "rgb", camera
-
-
-def camera_of(record: Record | None, swapped: bool = False) -> CameraInfo | None:
-    """Return the intrinsics of a `TCamera`; None if they are not set.
-
-    Args:
-        record: The camera.
-        swapped: Rows and columns may be the other way round, as TUM sequences had it before MRPT 2.4.
-
-    """
-    if record is None or record.type != "TCamera":
-        return None
-    if "fx_fy_cx_cy" in record:
-        fx, fy, cx, cy = record.array("fx_fy_cx_cy").tolist()
-    else:
-        matrix = record.child("intrinsics")
-        values = [] if matrix is None else matrix.array("values").tolist()
-        if len(values) != 9:  # noqa: PLR2004 - 3 x 3
-            return None
-        fx, cx, fy, cy = values[0], values[2], values[4], values[5]
-    rows, columns = record.integer("rows", 480), record.integer("columns", 640)
-    if swapped and rows > columns:
-        rows, columns = columns, rows
-    if not (fx > 0 and fy > 0 and rows and columns):
-        return None
-    distortion = tuple(record.array("distortion").tolist())
-    model = _DISTORTION_MODELS.get(record.integer("model"), "plumb_bob")
-    if model == "plumb_bob" and any(distortion[_PLUMB_BOB_COEFFICIENTS:]):
-        model = _RATIONAL
-    elif model == "plumb_bob":
-        distortion = distortion[:_PLUMB_BOB_COEFFICIENTS]
-    pinhole = CameraInfo.pinhole(fx, fy, cx, cy, distortion, columns, rows)
-    return CameraInfo(pinhole.width, pinhole.height, pinhole.k, pinhole.d, pinhole.r, pinhole.p, model)
 
 
 def _moves(pose: Record | None) -> bool:

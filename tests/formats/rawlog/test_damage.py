@@ -20,6 +20,7 @@ from tumtools.errors import TumtoolsError
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.describe import describe
+from tumtools.images.codec import pixels_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -62,7 +63,7 @@ def _read(path: Path) -> str | None:
     try:
         with made.opened(path, salvage=True) as sequence:
             for frame in sequence.images():
-                frame.load()
+                pixels_of(frame.load())
     except TumtoolsError as error:
         return str(error)
     return None

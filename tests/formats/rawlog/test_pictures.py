@@ -100,6 +100,13 @@ def test_jpeg_is_passed_on_as_it_is(tmp_path: Path) -> None:
     assert (image.compression, image.compressed, image.width, image.height) == ("jpeg", jpeg, 5, 3)
 
 
+def test_a_damaged_jpeg_names_its_place_when_it_is_decoded(tmp_path: Path) -> None:
+    jpeg = _file(np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8), "JPEG")
+    cut = _load(Record("CImage", 1, {"jpeg": _flat(jpeg[:-1000])}), tmp_path)
+    with pytest.raises(InputError, match=r"a\.rawlog, image at offset 0"):
+        pixels_of(cut)
+
+
 @pytest.mark.parametrize(
     ("kind", "compression"), [("PNG", "png"), ("JPEG", "jpeg"), ("BMP", None), ("PPM", None)]
 )

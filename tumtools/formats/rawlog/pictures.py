@@ -106,10 +106,10 @@ class Picture:
                 ) from error
         if self.image is None:
             raise InputError("the observation holds no image", path=folder.rawlog)
+        where = f"image at offset {self.image.offset}"
         try:
-            return _image_of_record(self.image)
+            return replace(_image_of_record(self.image), origin=f"{folder.rawlog}, {where}")
         except (InputError, ValueError) as error:
-            where = f"image at offset {self.image.offset}"
             raise InputError(f"damaged image ({error})", path=folder.rawlog, location=where) from error
 
     def _load_depth(self, folder: externals.Folder, exact_units_per_metre: float | None) -> Image:

@@ -40,7 +40,7 @@ def run(arguments: list[str | Path], target: Path) -> tuple[float, float]:
         str(arguments[0]),
         list(map(str, arguments)),
         os.environ | {"PYTHONPATH": str(ROOT)},
-        file_actions=[(os.POSIX_SPAWN_OPEN, fd, os.devnull, os.O_WRONLY, 0) for fd in (1, 2)],
+        file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)],
     )
     _, status, usage = os.wait4(pid, 0)
     seconds = time.perf_counter() - start

@@ -66,6 +66,9 @@ def to_counts(
         The counts, and what the rounding changed: values that are not exactly the float32 of a count.
 
     """
+    exact = _exact_counts(metres, units_per_metre)
+    if exact is not None:
+        return exact, EXACT
     with np.errstate(invalid="ignore"):
         scaled = np.rint(metres.astype(np.float64) * units_per_metre)
         valid = np.isfinite(metres) & (metres != 0)
@@ -79,6 +82,21 @@ def to_counts(
     error = float(np.max(np.abs(back[changed].astype(np.float64) - metres[changed]))) if inexact else 0.0
     clipped = int(np.count_nonzero(valid & ~inside)) + int(np.count_nonzero(np.isinf(metres)))
     return counts, Rounding(inexact, clipped, error)
+
+
+def _exact_counts(metres: npt.NDArray[np.float32], units_per_metre: float) -> npt.NDArray[np.uint16] | None:
+    """Return the counts if each value is exactly that of a count, or NaN; the usual case, six times as fast.
+
+    The product in float32 is off by less than 0.01, so the nearest count is right where there is an exact
+    one; whether it is exact is told by going back.
+    """
+    scaled = np.rint(metres * np.float32(units_per_metre))
+    np.fmax(scaled, np.float32(0), out=scaled)  # NaN becomes 0, too
+    np.fmin(scaled, np.float32(_COUNTS - 1), out=scaled)
+    counts = scaled.astype(np.uint16)
+    back = _metres_of_counts(units_per_metre)[counts]
+    same = np.array_equal(back.view(np.uint32), np.ascontiguousarray(metres).view(np.uint32))
+    return counts if same else None
 
 
 def rescale_counts(

@@ -136,3 +136,20 @@ def test_no_flipped_bit_gives_anything_but_an_error_of_ours(tmp_path: Path, comp
         path.write_bytes(damaged)
         for salvage in (False, True):
             try_to_read(path, salvage=salvage)
+
+
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+@pytest.mark.parametrize("salvage", [False, True])
+def test_a_chunk_that_claims_to_be_huge_takes_no_memory(
+    tmp_path: Path, compression: str, salvage: bool
+) -> None:
+    bag = bytearray(bag_bytes(SMALL, compression))
+    size_at = bag.index(b"size=", bag.index(b"compression=")) + 5
+    bag[size_at : size_at + 4] = struct.pack("<I", 2**32 - 1)
+    path = tmp_path / "a.bag"
+    path.write_bytes(bag)
+    if salvage:
+        assert read(path, salvage=True) == []
+    else:
+        with pytest.raises(UnsupportedInputError, match="a compressed chunk of 4294967295 bytes"):
+            read(path)

@@ -38,6 +38,7 @@ _CHUNK_INDEX: Final = struct.Struct("<QQQQ")
 """First and last log time, offset and size of the chunk's record."""
 _STATISTICS: Final = struct.Struct("<QHIIIIQQ")
 """Counts of messages, schemas, channels, attachments, metadata records, chunks; first and last log time."""
+_RELEASE_BYTES: Final = 1 << 24
 _CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
 
 
@@ -100,12 +101,14 @@ class McapFile:
         self.path = str(path)
         try:
             with path.open("rb") as file:
-                self.data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+                self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         except OSError as error:
             raise InputError(f"cannot read: {error.strerror}", path=path) from error
         except ValueError as error:
             hint = "its recording or download was cut off"
             raise InputError("the file is empty (0 bytes)", path=path, hint=hint) from error
+        self.data = memoryview(self._map)
+        self._read = 0
         self._salvage = salvage
         self.warnings: list[str] = []
         self.metadata: Mapping[str, str] | None = None
@@ -156,6 +159,13 @@ class McapFile:
         self._metadata_records = 0
         self._side_records = (0, 0)
         self._statistics_offset = 0
+
+    def note_read(self, nbytes: int) -> None:
+        """Let go of the pages of the file now and then; those that are read again come back by themselves."""
+        self._read += nbytes
+        if self._read > _RELEASE_BYTES:
+            self._map.madvise(mmap.MADV_DONTNEED)
+            self._read = 0
 
     def error(self, message: str, offset: int, hint: str | None = None) -> InputError:
         """Return an error at an offset of this file."""
@@ -340,6 +350,7 @@ class McapFile:
             raise self.error(
                 f"the chunk says it has {size} bytes; none has more than {_MAX_CHUNK_BYTES}", offset
             )
+        self.note_read(len(packed))
         records = self._unpack(packed, compression, size, offset)
         if len(records) != size:
             raise self.error(f"the chunk has {len(records)} bytes, its header says {size}", offset)

@@ -161,6 +161,8 @@ class McapRecording(Recording):
         channel, _, time, _ = MESSAGE_HEADER.unpack_from(records, start)
         if op != Op.MESSAGE or length < MESSAGE_HEADER.size or start + length > len(records):
             raise self._file.error(f"the index names a message at {offset} where there is none", place)
+        if chunk == LOOSE:
+            self._file.note_read(length)
         return channel, time, records[start + MESSAGE_HEADER.size : start + length]
 
     def _chunk(self, number: int) -> memoryview:

@@ -39,6 +39,8 @@ _CHUNK_INDEX: Final = struct.Struct("<QQQQ")
 _STATISTICS: Final = struct.Struct("<QHIIIIQQ")
 """Counts of messages, schemas, channels, attachments, metadata records, chunks; first and last log time."""
 _RELEASE_BYTES: Final = 1 << 24
+TOUCHED_BYTES: Final = 1 << 16
+"""What the system maps around a small record that is read."""
 _CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
 
 
@@ -244,6 +246,7 @@ class McapFile:
                 if op == Op.CHUNK:
                     self._scan_chunk(offset)
                 elif op == Op.MESSAGE:
+                    self.note_read(TOUCHED_BYTES)
                     self._note_loose(content, offset)
                 else:
                     self._take_record(op, content, offset)

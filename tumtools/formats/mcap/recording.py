@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InputError
-from tumtools.formats.mcap.file import LOOSE, McapFile
+from tumtools.formats.mcap.file import LOOSE, TOUCHED_BYTES, McapFile
 from tumtools.formats.mcap.records import MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.ros.definitions import full_name
 from tumtools.formats.ros.qos import is_latched
@@ -103,6 +103,7 @@ class McapRecording(Recording):
         if not offsets:
             yield from self._index_by_reading(number)
         for channel, offset in offsets.items():
+            self._file.note_read(TOUCHED_BYTES)
             op, content, _ = self._file.record(offset, len(self._file.data))
             fields = Fields(content, offset + RECORD_HEADER.size, self.path)
             if op != Op.MESSAGE_INDEX or fields.number("H") != channel:

@@ -20,7 +20,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from timing import TUMTOOLS, Job, print_ratio, print_results, run_by_turns
+from timing import TUMTOOLS, Job, Result, print_ratio, print_results, run_by_turns
 
 from tumtools.model.time import format_stamp, parse_stamp
 
@@ -64,7 +64,7 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def measure(folder: Path, sequence: Path, rounds: int) -> bool:
+def measure(folder: Path, sequence: Path, rounds: int) -> tuple[dict[str, Result], bool]:
     archive, back, copy = folder / "x.mcap", folder / "back", folder / "copy"
     default, packed, unpacked = folder / "default.mcap", folder / "x.tgz", folder / "unpacked"
     from_tgz = folder / "tgz.mcap"
@@ -114,7 +114,20 @@ def measure(folder: Path, sequence: Path, rounds: int) -> bool:
     ]
     for path in (archive, back, copy, default, packed, unpacked, from_tgz):
         remove(path)
-    return all(kept)
+    return results, all(kept)
+
+
+def print_per_frame(short: dict[str, Result], long: dict[str, Result]) -> None:
+    """Print ratios of what the further frames cost, without start-up; processor time for busy machines."""
+    for name, other in (
+        ("tum -> mcap --archive", "cp -r"),
+        ("mcap -> tum", "cp -r"),
+        (".tgz -> mcap --archive", "tar xzf"),
+    ):
+        wall = [long[one].best - short[one].best for one in (name, other)]
+        cpu = [min(long[one].cpu) - min(short[one].cpu) for one in (name, other)]
+        what = f"{name} / {other}"
+        print(f"{what:44} by the clock {wall[0] / wall[1]:5.2f} x, processor {cpu[0] / cpu[1]:5.2f} x")
 
 
 def measure_start(rounds: int) -> bool:
@@ -141,12 +154,17 @@ def main() -> int:
     arguments = parser.parse_args()
     kept = [measure_start(arguments.rounds)]
     with tempfile.TemporaryDirectory(dir=arguments.folder) as name:
+        lengths = []
         for times in (1, arguments.repeat):
             sequence = Path(name, f"times{times}")
             lengthen(arguments.sequence, sequence, times)
             print(f"\n{arguments.sequence.name}, {times} times as long")
-            kept.append(measure(Path(name), sequence, arguments.rounds))
+            results, in_budget = measure(Path(name), sequence, arguments.rounds)
+            lengths.append(results)
+            kept.append(in_budget)
             remove(sequence)
+        print("\nwhat the further frames cost")
+        print_per_frame(*lengths)
     return 0 if all(kept) else 1
 
 

@@ -26,7 +26,7 @@ def _there_and_back(source: Path, folder: Path, options: WriteOptions, target: s
     with open_source(source) as sequence:
         assert convert(sequence, folder / "x.mcap", "mcap", options).losses == ()
     with open_source(folder / "x.mcap") as sequence:
-        assert sequence.info.warnings == ()
+        assert set(sequence.info.warnings) <= {"the recording has no messages"}
         assert convert(sequence, folder / target, "tum").losses == ()
     return folder / target
 

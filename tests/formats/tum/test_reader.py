@@ -126,6 +126,16 @@ def test_a_missing_image_is_named_with_the_line_of_its_list(folder: Path) -> Non
         assert any(f"rgb/{name}" in text for text in sequence.info.warnings)
 
 
+def test_of_several_lists_the_image_that_is_missing_first_is_named(folder: Path) -> None:
+    for stream, number in (("rgb", 3), ("depth", 1)):
+        (folder / _rows(folder / f"{stream}.txt")[number][1]).unlink()
+    with (
+        open_source(folder) as sequence,
+        pytest.raises(MissingInputError, match="there is no image depth/"),
+    ):
+        sequence.images()
+
+
 def test_a_missing_image_outside_of_the_time_wanted_does_not_matter(folder: Path) -> None:
     gone = sorted((folder / "rgb").iterdir())[3]
     gone.unlink()

@@ -275,12 +275,15 @@ class TumSequence(Sequence):
 
         """
         wanted = [stream for stream in self.names if streams is None or stream in streams]
-        frames = [self._stream_frames(stream, start, end) for stream in wanted]
+        rows = {stream: self._rows(stream, start, end) for stream in wanted}
+        self._check_present(rows)
+        frames = [self._stream_frames(stream, rows[stream]) for stream in wanted]
         if self._storage.sequential:
             frames = [read_ahead(stream, _READ_AHEAD) for stream in frames]
         return heapq.merge(*frames, key=frame_order)
 
-    def _stream_frames(self, stream: str, start: int | None, end: int | None) -> Iterator[Frame]:
+    def _rows(self, stream: str, start: int | None, end: int | None) -> list[int]:
+        """Return the rows of an image list within the limits, in order of their stamps."""
         stamps, names = self.tables[stream].stamps, self.names[stream]
         chosen = np.ones(len(stamps), bool)
         if start is not None:
@@ -289,8 +292,10 @@ class TumSequence(Sequence):
             chosen &= stamps <= end
         ordered = np.flatnonzero(chosen)
         ordered = ordered[np.argsort(stamps[ordered], kind="stable")]
-        rows = [row for row in ordered.tolist() if not self._tolerant or names[row] in self._storage.files]
-        self._check_present(stream, rows)
+        return [row for row in ordered.tolist() if not self._tolerant or names[row] in self._storage.files]
+
+    def _stream_frames(self, stream: str, rows: list[int]) -> Iterator[Frame]:
+        stamps, names = self.tables[stream].stamps, self.names[stream]
         for row in rows:
             load = partial(self._load, stream, row)
             if self._storage.sequential:
@@ -311,10 +316,12 @@ class TumSequence(Sequence):
             f"there is no image {self.names[stream][first]}; {len(missing)} of {count} are missing",
         )
 
-    def _check_present(self, stream: str, rows: list[int]) -> None:
-        missing = self._missing_rows(stream, rows)
+    def _check_present(self, rows: Mapping[str, list[int]]) -> None:
+        """Refuse to begin when images are missing; the first of them in time is named."""
+        missing = {stream: found for stream in rows if (found := self._missing_rows(stream, rows[stream]))}
         if missing:
-            place, line, message = self._describe_missing(stream, missing)
+            first = min(missing, key=lambda stream: int(self.tables[stream].stamps[missing[stream][0]]))
+            place, line, message = self._describe_missing(first, missing[first])
             hint = "get the sequence again, or take the rows without a file out of the list"
             raise MissingInputError(message, path=place, location=line, hint=hint)
 

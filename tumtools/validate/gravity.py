@@ -100,7 +100,7 @@ def estimate_offset(groundtruth: Trajectory, accelerometer: Accelerometer) -> tu
     Returns:
         Seconds to add to the accelerometer's stamps so that it fits best, from a parabola through the
         smallest of the mean squared angles (within 0.5 s), and by how much the fit is worse at the
-        ends of the search, as a ratio of rms angles: near 1, the motion decides nothing. None if there
+        middling shift, as a ratio of rms angles: near 1, the motion decides nothing. None if there
         are too few rows or the best fit is at the end of the search.
 
     """
@@ -127,7 +127,7 @@ def estimate_offset(groundtruth: Trajectory, accelerometer: Accelerometer) -> tu
     if not np.isfinite(curvature):
         return None
     vertex = 0.5 * (before - after) / curvature if curvature > 0 else 0.0
-    contrast = float(np.sqrt(min(rough[0], rough[-1]) / at)) if at > 0 else float("inf")
+    contrast = float(np.sqrt(np.median(rough) / at)) if at > 0 else float("inf")
     return float(fine[middle] + vertex * _FINE_SECONDS), contrast
 
 

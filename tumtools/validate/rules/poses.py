@@ -295,7 +295,7 @@ def pose_frozen(subject: Subject, limits: Limits) -> Iterator[Found]:
     mend="Shift the stamps of the ground truth (`--offset` of `evaluate`).",
     limits={
         "milliseconds": Limit(50, "ms", "largest offset"),
-        "contrast": Limit(3.0, "of the angles", "how much worse the fit must be half a second away"),
+        "contrast": Limit(3.0, "of the angles", "how much worse the fit must be at the middling shift"),
     },
 )
 def groundtruth_sync(subject: Subject, limits: Limits) -> Iterator[Found]:

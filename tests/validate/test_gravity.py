@@ -76,7 +76,7 @@ def test_rows_that_are_no_poses_are_left_out() -> None:
 
 @pytest.mark.parametrize("late", [-0.2, -0.05, 0.0, 0.03, 0.2])
 def test_an_offset_of_the_clocks_is_found(late: float) -> None:
-    offset = estimate_offset(*_record(late=late, noise=0.05))
+    offset = estimate_offset(*_record(20, late=late, noise=0.05))
     assert offset is not None
     assert offset[0] == pytest.approx(-late, abs=0.005)
     assert offset[1] > 3

@@ -222,10 +222,12 @@ def _check_stamps(sequence: Sequence, style: Style) -> None:
 
 
 def _warnings(sequence: Sequence, style: Style) -> Iterator[str]:
-    if sequence.info.images and _camera(sequence, style) is None and not style.options.cameras:
+    known = style.options.cameras.keys() | sequence.cameras.keys()
+    assumed = [stream for stream in sequence.info.images if stream not in known]
+    if assumed and _camera(sequence, style) is None:
         yield (
-            "the camera is unknown, so the calibration written is that of ROS's default "
-            "(525, 525, 319.5, 239.5); name it with --camera"
+            f"the camera is unknown, so the calibration written for {' and '.join(assumed)} is that of ROS's "
+            "default (525, 525, 319.5, 239.5); name it with --camera"
         )
 
 

@@ -66,6 +66,7 @@ class ConvertOptions:
         verify: Read the result back and compare it before it gets its name.
         force: Replace the target.
         dry_run: Write nothing; tell what would be written and lost.
+        digest: Keep a digest of what is written in the target, where the format can hold it.
 
     """
 
@@ -74,6 +75,7 @@ class ConvertOptions:
     verify: bool = True
     force: bool = False
     dry_run: bool = False
+    digest: bool = False
 
 
 def default_target(source: Path, to: str) -> Path:
@@ -122,6 +124,9 @@ def convert(
     write_options, options = write_options or WriteOptions(), options or ConvertOptions()
     entry = registry.get(to)
     registry.check_options(entry, write_options)
+    if options.digest and not entry.keeps_digest:
+        able = ", ".join(one.name for one in registry.FORMATS.values() if one.keeps_digest)
+        raise UsageError(f"--digest has no meaning for {to}, which cannot hold one", hint=f"{able} can")
     needs = entry.writer.needs(write_options)
     prepared = _prepare(sequence, options.selection, needs)
     _refuse_nothing(prepared, options.selection)
@@ -147,12 +152,14 @@ def convert(
     if options.strict:
         _refuse(report.losses, target)
     with staged(target, force=options.force) as path:
-        recorded = Recorded(prepared, needs.pixel_streams) if options.verify else None
+        recorded = None
+        if options.verify or options.digest:
+            recorded = Recorded(prepared, needs.pixel_streams, keep_digest=options.digest)
         written = entry.writer.write(recorded or prepared, path, write_options, progress)
         losses = _merge(sequence.info.not_carried, written, transform_losses(prepared))
         if options.strict:
             _refuse(losses, target)
-        if recorded is not None:
+        if recorded is not None and options.verify:
             skip = {loss.stream for loss in written if loss.alters_data}
             try:
                 with entry.reader.open(path, ReadOptions()) as result:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.digest import canonical_pixels
-from tumtools.formats.tum.text import render
+from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images.parallel import ordered_map
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS
 from tumtools.model.text import default_layout
@@ -199,8 +199,11 @@ def _diff_text(a: Sequence, b: Sequence, stream: str) -> Iterator[Difference]:
     """Compare what the text files of a stream are, or would be."""
     texts = []
     for sequence in (a, b):
-        layout = sequence.info.text.get(stream) or default_layout(stream, sequence.info.name)
-        texts.append(render(layout, stream, *_columns(sequence, stream)).split(b"\n"))
+        stamps, values = _columns(sequence, stream)
+        layout = sequence.info.text.get(stream)
+        if layout is None:
+            layout = fit_layout(default_layout(stream, sequence.info.name), stamps, values)
+        texts.append(render(layout, stream, stamps, values).split(b"\n"))
     differing = [number for number, lines in enumerate(zip(*texts, strict=False), 1) if lines[0] != lines[1]]
     extra = abs(len(texts[0]) - len(texts[1]))
     if differing or extra:
@@ -272,8 +275,8 @@ def _diff_cameras(a: Sequence, b: Sequence) -> Iterator[Difference]:
         if first != second and stream in a.info.images and stream in b.info.images:
             shown = [f"fx {camera.k[0]:g}" if camera else "that of the camera" for camera in (first, second)]
             yield Difference(stream, "calibration", 1, " and ".join(shown))
-    if a.info.camera != b.info.camera:
-        stream = next(iter(a.info.images), "rgb")
+    if a.info.camera != b.info.camera and a.info.images:
+        stream = next(iter(a.info.images))
         yield Difference(
             stream, "camera", 1, f"{a.info.camera or 'unknown'} and {b.info.camera or 'unknown'}"
         )

@@ -21,15 +21,17 @@ from tumtools.errors import InternalError
 from tumtools.formats.tum.text import render
 from tumtools.images.codec import pixels_of
 from tumtools.images.parallel import ordered_map
+from tumtools.kept_digest import Noted, image_digest
 from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence
 from tumtools.model.time import format_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
 
     import numpy.typing as npt
 
     from tumtools.formats.options import Progress
+    from tumtools.model.digest import KeptDigest, Kind
     from tumtools.model.image import Image
 
 
@@ -66,13 +68,17 @@ class Recorded(Sequence):
     Args:
         sequence: What is written.
         pixel_streams: Streams whose pixels the writer needs; they are decoded here, once.
+        keep_digest: Note SHA-256 as well, for the writer to keep.
 
     """
 
-    def __init__(self, sequence: Sequence, pixel_streams: Collection[str] = ()) -> None:
+    def __init__(
+        self, sequence: Sequence, pixel_streams: Collection[str] = (), *, keep_digest: bool = False
+    ) -> None:
         self._inner = sequence
         self._pixel_streams = frozenset(pixel_streams)
         self.fingerprints: dict[tuple[str, int], _Fingerprint] = {}
+        self._noted = Noted() if keep_digest else None
         self.info = sequence.info
         self.groundtruth = sequence.groundtruth
         self.accelerometer = sequence.accelerometer
@@ -97,7 +103,14 @@ class Recorded(Sequence):
         pixels = None if image.pixels is None and png is not None else _fingerprint_of_pixels(image)
         # A dict is safe to fill from several threads.
         self.fingerprints[frame.stream, frame.row] = _Fingerprint(png, pixels)
+        if self._noted is not None:
+            of: Kind = "files" if image.png is not None and image.pixels is None else "pixels"
+            self._noted.add(frame, of, image_digest(image, of))
         return image
+
+    def noted_digest(self) -> Mapping[str, KeptDigest] | None:
+        """Return the digest of what has been loaded, if it is noted."""
+        return None if self._noted is None else self._noted.digest(self)
 
 
 def verify(

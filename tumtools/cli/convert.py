@@ -60,6 +60,7 @@ def _format_options(command: options.Command) -> options.Command:
 @click.option("--streams", metavar="rgb,depth,...", help="Keep only these streams.")
 @click.option("--strict", is_flag=True, help="Refuse to lose anything (exit 3).")
 @click.option("--verify/--no-verify", default=True, help="Read the result back and compare it.")
+@click.option("--digest", is_flag=True, help="Keep a digest in DEST, for tumtools digest --check.")
 @click.option("--dry-run", is_flag=True, help="Tell what would be written and lost; write nothing.")
 @click.option("--force", is_flag=True, help="Replace DEST.")
 @options.jobs_option
@@ -76,6 +77,7 @@ def command(
     streams: str | None,
     strict: bool,
     verify: bool,
+    digest: bool,
     dry_run: bool,
     force: bool,
     as_json: bool,
@@ -102,7 +104,7 @@ def command(
         for text in sequence.info.warnings:
             output.warning(text)
         selection = options.make_selection(sequence, start, end, every, streams)
-        convert_options = ConvertOptions(selection, strict, verify, force, dry_run)
+        convert_options = ConvertOptions(selection, strict, verify, force, dry_run, digest)
         frames = sum(info.count for info in sequence.info.images.values())
         with (
             output.progress_bar("convert", frames) as bar,

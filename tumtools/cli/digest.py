@@ -5,29 +5,57 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 import click
 
 from tumtools.cli import options, output
 
+if TYPE_CHECKING:
+    from tumtools.model.digest import KeptDigest
+    from tumtools.model.sequence import Sequence
+
 
 @click.command(name="digest")
 @options.source_argument
 @click.option("--deep", is_flag=True, help="Print a line of JSON for each image first.")
+@click.option("--check", "compare", is_flag=True, help="Compare SOURCE with the digest that it carries.")
 @options.read_options
 @options.jobs_option
 @options.json_option
 def command(
-    source: str, deep: bool, topics: tuple[str, ...], salvage: bool, jobs: int, as_json: bool
-) -> None:
-    """Print a digest of the content of SOURCE, the same for every format that holds the same content."""
-    from tumtools.digest import VERSION, digest
+    source: str,
+    deep: bool,
+    compare: bool,
+    topics: tuple[str, ...],
+    salvage: bool,
+    jobs: int,
+    as_json: bool,
+) -> int:
+    """Print a digest of the content of SOURCE, the same for every format that holds the same content.
+
+    With --check, tell whether SOURCE still holds what was written when it was converted with --digest: exit
+    code 0 if it does, 1 if not, 4 if it carries no digest or is damaged.
+    """
+    from tumtools.errors import UsageError
     from tumtools.sources import open_source
 
+    if deep and compare:
+        raise UsageError("--deep and --check exclude each other")
     with open_source(source, options.make_read_options(topics, salvage)) as sequence:
-        frames = sum(info.count for info in sequence.info.images.values())
-        with output.progress_bar("digest", frames) as bar:
-            result = digest(sequence, jobs=jobs, deep=deep, progress=bar)
+        if compare:
+            return _check(source, sequence, jobs, as_json=as_json)
+        _print_digest(source, sequence, jobs, deep=deep, as_json=as_json)
+        return 0
+
+
+def _print_digest(source: str, sequence: Sequence, jobs: int, *, deep: bool, as_json: bool) -> None:
+    from tumtools.digest import VERSION, digest
+
+    frames = sum(info.count for info in sequence.info.images.values())
+    with output.progress_bar("digest", frames) as bar:
+        result = digest(sequence, jobs=jobs, deep=deep, progress=bar)
     for stream, stamp, value in result.frames:
         click.echo(json.dumps({"stream": stream, "stamp": str(stamp), "sha256": value}))
     if as_json:
@@ -38,3 +66,26 @@ def command(
         return
     output.print_table([(name, str(one.count), one.value) for name, one in sorted(result.streams.items())])
     click.echo(f"{result.value}  {source}")
+
+
+def _check(source: str, sequence: Sequence, jobs: int, *, as_json: bool) -> int:
+    from tumtools.kept_digest import check
+
+    frames = sum(info.count for info in sequence.info.images.values())
+    with output.progress_bar("digest", frames) as bar:
+        checks = check(sequence, jobs=jobs, progress=bar)
+    same = all(one.same for one in checks)
+    if as_json:
+        output.print_json({"source": source, "same": same, "streams": [asdict(one) for one in checks]})
+    else:
+        rows = [
+            (one.stream, _shown(one.kept), _shown(one.found), "same" if one.same else "different")
+            for one in checks
+        ]
+        output.print_table(rows, ("stream", "written", "found", "result"))
+        click.echo(f"{source}: {'holds what was written' if same else 'is not what was written'}")
+    return 0 if same else 1
+
+
+def _shown(kept: KeptDigest | None) -> str:
+    return "-" if kept is None else f"{kept.count} {kept.of} {kept.value[:12]}"

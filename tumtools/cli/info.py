@@ -43,6 +43,8 @@ def command(source: str, topics: tuple[str, ...], salvage: bool, as_json: bool) 
 
 def describe(source: str, sequence: Sequence) -> dict[str, object]:
     """Return what there is to say of a sequence, for JSON."""
+    from dataclasses import asdict
+
     from tumtools.cli.report import loss_document
 
     info = sequence.info
@@ -70,8 +72,8 @@ def describe(source: str, sequence: Sequence) -> dict[str, object]:
         "calibrations": sorted(sequence.cameras),
         "licence": info.licence,
         "citation": info.citation,
-        "digest": info.digest,
         "details": {title: [dict(row) for row in rows] for title, rows in sequence.details().items()},
+        "digest": None if info.digest is None else {name: asdict(one) for name, one in info.digest.items()},
         "not_carried": [loss_document(loss) for loss in info.not_carried],
         "warnings": list(info.warnings),
     }
@@ -128,6 +130,8 @@ def _print(document: dict[str, object]) -> None:
         click.echo(f"{title}:")
         cells = [["-" if value is None else str(value) for value in row.values()] for row in table]
         output.print_table([tuple(row) for row in cells], tuple(table[0]))
+    if document["digest"]:
+        click.echo("carries a digest of its content; compare it with: tumtools digest --check")
     not_carried = document["not_carried"]
     for loss in not_carried if isinstance(not_carried, list) else ():
         click.echo(f"not carried over: {loss['stream']}: {loss['what']}, {loss['count']} ({loss['why']})")

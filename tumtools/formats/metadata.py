@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 RECORD: Final = "tumtools"
 """Name of the record, key or topic, wherever there is one."""
+DIGEST_RECORD: Final = "tumtools.digest"
+"""Name of the record or key that holds the digest of the content."""
 VERSION: Final = "1"
 _CRC: Final = "crc32"
 

@@ -78,6 +78,7 @@ class Format:
             with most of them.
         options: Options that the writer understands -> their values, the default first.
         suffixes: Suffixes of the target that choose another container (`.tgz` for tum).
+        keeps_digest: Whether the target can hold a digest of its content.
 
     """
 
@@ -91,6 +92,7 @@ class Format:
     markers: tuple[str, ...] = ()
     options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     suffixes: tuple[str, ...] = ()
+    keeps_digest: bool = False
 
     @cached_property
     def reader(self) -> Reader:
@@ -130,6 +132,7 @@ FORMATS: Final[dict[str, Format]] = {
             writes="profiles ros2, ros1",
             suffix=".mcap",
             content=re.compile(rb"\x89MCAP0\r\n"),
+            keeps_digest=True,
             options={
                 "color_encoding": ("png", "rgb8", "bgr8"),
                 "depth_encoding": ("32FC1", "png", "16UC1"),
@@ -166,6 +169,7 @@ FORMATS: Final[dict[str, Format]] = {
             writes="none, bz2, lz4",
             suffix=".bag",
             content=re.compile(rb"#ROS(BAG|RECORD) V"),
+            keeps_digest=True,
             options={
                 "color_encoding": ("rgb8", "bgr8", "png"),
                 "depth_encoding": ("32FC1", "png", "16UC1"),
@@ -187,6 +191,7 @@ FORMATS: Final[dict[str, Format]] = {
             suffix="",
             content=re.compile(rb"SQLite format 3\x00"),
             markers=("metadata.yaml",),
+            keeps_digest=True,
             options={
                 "color_encoding": ("png", "rgb8", "bgr8"),
                 "depth_encoding": ("32FC1", "png", "16UC1"),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from tumtools.model.camera import CameraInfo
+    from tumtools.model.digest import KeptDigest
     from tumtools.model.image import Image
     from tumtools.model.signals import Accelerometer, Trajectory
     from tumtools.model.text import TextLayout
@@ -103,7 +104,7 @@ class SequenceInfo:
         frame_ids: Coordinate frame of each stream, where the source names one.
         licence: Licence of the data, where known.
         citation: How to cite the data, where known.
-        digest: Content digest that the source carries about itself, if any.
+        digest: Digest by stream that the source carries of itself, if any.
         not_carried: What the source holds and the model does not: other files, other topics.
         warnings: What the user should know about the source; each names its place.
 
@@ -117,7 +118,7 @@ class SequenceInfo:
     frame_ids: Mapping[str, str] = field(default_factory=dict)
     licence: str | None = None
     citation: str | None = None
-    digest: str | None = None
+    digest: Mapping[str, KeptDigest] | None = None
     not_carried: tuple[Loss, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -181,6 +182,13 @@ class Sequence(ABC):
     def details(self) -> Mapping[str, tuple[DetailRow, ...]]:
         """Return what only this format knows, for people: tables by title, rows with the same columns."""
         return {}
+
+    def noted_digest(self) -> Mapping[str, KeptDigest] | None:
+        """Return the digest of what has been loaded so far, for the writer to keep at the end of its file.
+
+        None unless somebody notes it, as a conversion with `digest` does; then writers that can keep it do.
+        """
+        return None
 
     def close(self) -> None:  # noqa: B027 - most sequences hold nothing open
         """Release files; the sequence is not used afterwards."""

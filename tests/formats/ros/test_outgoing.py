@@ -80,7 +80,7 @@ def test_frames_and_topics_can_be_named(tmp_path: Path) -> None:
     frames = {"rgb": "left_eye", "accelerometer": "body", "groundtruth": "map"}
     found = _messages(tmp_path / "x.mcap", frame_ids=frames, topics={"rgb": "/eye", "groundtruth": "/truth"})
     assert found["/eye"][0].header.frame_id == "left_eye"
-    assert found["/camera/rgb/camera_info"][0].header.frame_id == "left_eye"
+    assert found["/camera_info"][0].header.frame_id == "left_eye"
     assert found["/imu"][0].header.frame_id == "body"
     assert found["/truth"][0].header.frame_id == "map"
     assert found["/tf"][0].transforms[0].header.frame_id == "map"

@@ -31,12 +31,13 @@ from tumtools.formats.mcap.records import (
     string,
     string_map,
 )
+from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 from tumtools.formats.ros.messages import definition, ros1_name
 from tumtools.formats.ros.qos import qos_profile
 from tumtools.images.parallel import ordered_map
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
     from pathlib import Path
 
     from tumtools.formats.options import Progress
@@ -141,6 +142,7 @@ def write_mcap(
     packing: Packing,
     jobs: int,
     progress: Progress,
+    digest: Callable[[], Mapping[str, str]] = dict,
 ) -> None:
     """Write a MCAP file.
 
@@ -152,6 +154,7 @@ def write_mcap(
         packing: How messages and chunks are encoded.
         jobs: Threads.
         progress: Told of each image.
+        digest: Gives the record named `tumtools.digest` when all messages have been taken; may be empty.
 
     """
     file = _File(path)
@@ -166,7 +169,7 @@ def write_mcap(
         for chunk in chunks:
             writer.chunk(chunk)
             progress(chunk.frames, chunk.payload)
-        writer.finish()
+        writer.finish(digest())
     finally:
         file.close()
 
@@ -254,10 +257,13 @@ class _Writer:
     def start(self, metadata: Mapping[str, str]) -> None:
         head = record(Op.HEADER, string(_PROFILES[self._encoding]), string(f"tumtools {__version__}"))
         self._file.write([MAGIC, head])
-        if metadata:
-            data = record(Op.METADATA, string("tumtools"), string_map(metadata))
+        self._write_metadata(RECORD, metadata)
+
+    def _write_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        if values:
+            data = record(Op.METADATA, string(name), string_map(values))
             place = struct.pack("<QQ", self._file.offset, len(data))
-            self._metadata_indexes.append(record(Op.METADATA_INDEX, place, string("tumtools")))
+            self._metadata_indexes.append(record(Op.METADATA_INDEX, place, string(name)))
             self._file.write([data])
 
     def introduce(self, channel: int) -> list[bytes]:
@@ -301,9 +307,10 @@ class _Writer:
             )
         )
 
-    def finish(self) -> None:
+    def finish(self, digest: Mapping[str, str]) -> None:
         missing = [number for number in range(len(self._channels)) if number not in self._introduced]
         self._file.write([part for number in missing for part in self.introduce(number)])
+        self._write_metadata(DIGEST_RECORD, digest)
         self._file.write([record(Op.DATA_END, struct.pack("<I", self._file.crc))])
         start = self._file.offset
         groups = [

@@ -24,12 +24,13 @@ from tumtools.formats.mcap.records import (
     Fields,
     Op,
 )
-from tumtools.formats.metadata import RECORD
+from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+_NOTES: Final = (RECORD, DIGEST_RECORD)
 LOOSE: Final = -1
 """Chunk number of messages that are in no chunk."""
 _MAX_CHUNK_BYTES: Final = 1 << 28
@@ -90,7 +91,7 @@ class McapFile:
         chunks: In the order of the file.
         counts: Messages of each channel, if the file has statistics.
         scanned: Channel -> (log time, chunk, offset) of each message; only if there was no index.
-        metadata: The record named `tumtools`, if any.
+        notes: The metadata records named `tumtools` and `tumtools.digest`, as far as they are there.
         attachments: How many there are.
         warnings: What was wrong and has been passed over.
 
@@ -113,7 +114,7 @@ class McapFile:
         self._read = 0
         self._salvage = salvage
         self.warnings: list[str] = []
-        self.metadata: Mapping[str, str] | None = None
+        self.notes: dict[str, Mapping[str, str]] = {}
         self._start_again()
         if bytes(self.data[: len(MAGIC)]) != MAGIC:
             raise self.error("not a MCAP file", 0)
@@ -278,23 +279,24 @@ class McapFile:
         elif op == Op.METADATA_INDEX:
             self._metadata_records += 1
             place, _ = fields.number("Q"), fields.number("Q")
-            if fields.string() == RECORD and not self._take_metadata(place):
-                raise self.error(f"the index names a metadata record {RECORD!r} here", place)
+            name = fields.string()
+            if name in _NOTES and self._take_metadata(place) != name:
+                raise self.error(f"the index names a metadata record {name!r} here", place)
         elif op == Op.METADATA:
             self._take_metadata(offset)
         elif op in {Op.ATTACHMENT, Op.ATTACHMENT_INDEX}:
             self.attachments += 1
 
-    def _take_metadata(self, offset: int) -> bool:
-        """Keep the metadata if the record is the one of our name."""
+    def _take_metadata(self, offset: int) -> str:
+        """Keep the metadata if the record is of our name; return the name."""
         op, content, _ = self.record(offset, len(self.data))
         if op != Op.METADATA:
             raise self.error(f"the index names a metadata record here, there is 0x{op:02x}", offset)
         fields = Fields(content, offset + RECORD_HEADER.size, self.path)
-        if fields.string() != RECORD:
-            return False
-        self.metadata = fields.string_map()
-        return True
+        name = fields.string()
+        if name in _NOTES:
+            self.notes[name] = fields.string_map()
+        return name
 
     def _scan_chunk(self, offset: int) -> None:
         number = len(self.chunks)

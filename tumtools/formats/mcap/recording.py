@@ -12,6 +12,7 @@ import numpy as np
 from tumtools.errors import InputError
 from tumtools.formats.mcap.file import LOOSE, TOUCHED_BYTES, McapFile
 from tumtools.formats.mcap.records import MESSAGE_HEADER, RECORD_HEADER, Fields, Op
+from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 from tumtools.formats.ros.definitions import full_name
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
@@ -51,7 +52,8 @@ class McapRecording(Recording):
         self.path = self._file.path
         self._chunks: OrderedDict[int, memoryview] = OrderedDict()
         self._index = self._read_index()
-        self.metadata = self._file.metadata
+        self.metadata = self._file.notes.get(RECORD)
+        self.digest = self._file.notes.get(DIGEST_RECORD)
         self.channels = tuple(self._make_channels())
         if self._file.attachments:
             why = "attachments are no part of a sequence"

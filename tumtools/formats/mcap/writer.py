@@ -36,6 +36,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
         out.channels,
         out.messages(),
         out.metadata,
+        digest=out.digest,
         packing=Packing(
             style.encoding, out.compressed_channels, FORMATS["mcap"].option(options, "compression")
         ),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from tumtools.model.camera import ROS_DEFAULT
 from tumtools.model.sequence import Loss
 from tumtools.model.time import (
     NANOSECONDS_PER_SECOND,
@@ -282,12 +283,15 @@ def _converter_losses(
                 change.largest_ns / NANOSECONDS_PER_SECOND,
                 "s",
             )
+    yield from _converter_header_losses(sequence)
+
+
+def _converter_header_losses(sequence: Sequence) -> Iterator[Loss]:
+    why = "this dialect has no place for header lines and decimals"
     for stream in sequence.info.text:
         if stream != "groundtruth":
-            yield Loss(
-                stream, "text layout dropped", 1, "this dialect has no place for header lines and decimals"
-            )
-    for stream in sequence.cameras:
-        yield Loss(
-            stream, "calibration replaced", 1, "this dialect writes 525 525 319.5 239.5 for every camera"
-        )
+            yield Loss(stream, "text layout dropped", 1, why)
+    why = "this dialect writes 525 525 319.5 239.5 for every camera"
+    for stream in sequence.info.images:
+        if stream in sequence.cameras or sequence.info.camera not in {None, ROS_DEFAULT}:
+            yield Loss(stream, "calibration replaced", 1, why, alters_data=False)

@@ -22,6 +22,7 @@ from tumtools.formats.ros.layouts import KNOWN_FRAMES, LAYOUTS
 from tumtools.formats.ros.tf import TransformTree, find_path
 from tumtools.formats.ros.topics import loss_of, resolve
 from tumtools.model.camera import ROS_DEFAULT, CameraInfo, calibration, camera_of_name
+from tumtools.model.digest import from_strings
 from tumtools.model.sequence import (
     IMAGE_STREAMS,
     Frame,
@@ -110,6 +111,7 @@ class RosSequence(Sequence):
             frame_ids=self._frame_ids,
             licence=self._meta.licence if self._meta else None,
             citation=self._meta.citation if self._meta else None,
+            digest=from_strings(recording.digest) if recording.digest else None,
             not_carried=(*recording.not_carried, *self._resolution.not_carried, *self._unused),
             warnings=recording.warnings + self._resolution.warnings + tuple(self._notes),
         )

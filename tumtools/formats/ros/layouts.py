@@ -14,6 +14,8 @@ TF_TOPIC: Final = "/tf"
 TF_STATIC_TOPIC: Final = "/tf_static"
 METADATA_TOPIC: Final = "/tumtools/sequence"
 """Where a ROS 1 bag keeps what its messages have no field for."""
+DIGEST_TOPIC: Final = "/tumtools/digest"
+"""Where a ROS 1 bag keeps the digest of its content, as its last message."""
 
 
 @dataclass(frozen=True, slots=True)

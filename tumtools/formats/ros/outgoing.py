@@ -21,6 +21,7 @@ from tumtools.formats.ros.layouts import LAYOUTS, TF_TOPIC, Layout
 from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessage
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
+from tumtools.model.digest import to_strings
 from tumtools.model.image import ENCODINGS, Image
 from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Frame, Sequence
 from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
@@ -144,6 +145,19 @@ class Outgoing:
         kinds = enumerate(channel.type for channel in self.channels)
         return frozenset(number for number, kind in kinds if kind == messages.COMPRESSED_IMAGE)
 
+    @property
+    def keeps_digest(self) -> bool:
+        """Whether there will be a digest to keep."""
+        return self._sequence.noted_digest() is not None
+
+    def digest(self) -> dict[str, str]:
+        """Return the digest of what has been written, as strings; empty if nobody notes it.
+
+        It is complete when all messages have been taken.
+        """
+        noted = self._sequence.noted_digest()
+        return {} if noted is None else to_strings(noted)
+
     def messages(self) -> Iterator[OutMessage]:
         """Yield all messages, serialised by `jobs` threads, in order.
 
@@ -178,14 +192,15 @@ def outgoing(sequence: Sequence, style: Style) -> Outgoing:
         numbers[key] = len(channels)
         channels.append(OutChannel(topic, kind))
 
-    layout, topics = style.layout, {**style.layout.topics, **style.options.topics}
+    topics = {**style.layout.topics, **style.options.topics}
+    info_topics = _info_topics(style, [stream for stream in IMAGE_STREAMS if stream in sequence.info.images])
     for stream in IMAGE_STREAMS:
         if stream in sequence.info.images:
             compressed = stream not in style.pixel_streams
             topic = topics[stream] + (
                 "/compressed" if compressed and stream not in style.options.topics else ""
             )
-            add(f"{stream} info", layout.info_topics[stream], messages.CAMERA_INFO)
+            add(f"{stream} info", info_topics[stream], messages.CAMERA_INFO)
             add(stream, topic, messages.COMPRESSED_IMAGE if compressed else messages.IMAGE)
             places[stream] = topic
     if sequence.accelerometer is not None:
@@ -202,6 +217,22 @@ def outgoing(sequence: Sequence, style: Style) -> Outgoing:
         kept = replace(kept, depth_units_per_metre=None)  # the message says it
     strings = metadata.to_strings(kept)
     return Outgoing(tuple(channels), strings, tuple(_warnings(sequence, style)), sequence, style, numbers)
+
+
+def _info_topics(style: Style, streams: list[str]) -> dict[str, str]:
+    """Return where the calibrations go: beside their images, below them where streams lie side by side."""
+    asked = style.options.topics
+    beside = {
+        stream: f"{asked[stream].rpartition('/')[0]}/camera_info"
+        if stream in asked
+        else style.layout.info_topics[stream]
+        for stream in streams
+    }
+    taken = list(beside.values())
+    return {
+        stream: f"{asked[stream]}/camera_info" if stream in asked and taken.count(topic) > 1 else topic
+        for stream, topic in beside.items()
+    }
 
 
 def _check_stamps(sequence: Sequence, style: Style) -> None:

@@ -73,6 +73,7 @@ class Recording(ABC):
         format: Name of the format, for messages.
         channels: All topics that are there, with or without messages.
         metadata: The strings of the record named `tumtools`; None if there is none.
+        digest: The strings of the record named `tumtools.digest`; None if there is none.
         not_carried: What is in the container besides messages and is left alone (attachments).
         warnings: What the user should know: no index, clean end missing.
 
@@ -82,6 +83,7 @@ class Recording(ABC):
     format: str
     channels: tuple[Channel, ...]
     metadata: Mapping[str, str] | None = None
+    digest: Mapping[str, str] | None = None
     not_carried: tuple[Loss, ...] = ()
     warnings: tuple[str, ...] = ()
 

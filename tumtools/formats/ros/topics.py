@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import UsageError
 from tumtools.formats.ros import messages
-from tumtools.formats.ros.layouts import METADATA_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
+from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
 from tumtools.formats.ros.signals import POSE_PATHS
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, Loss
 
@@ -167,19 +167,17 @@ def _ambiguous(stream: str, candidates: list[Channel]) -> str:
 
 
 def _info_channel(recording: Recording, channel: Channel) -> Channel | None:
-    """Return the CameraInfo beside an image topic: same namespace, `/compressed` or not."""
+    """Return the CameraInfo of an image topic, `/compressed` or not: below it, or in the same namespace."""
     if channel.type not in _IMAGES:
         return None
-    parent = channel.topic.removesuffix("/compressed").removesuffix("/compressedDepth").rpartition("/")[0]
-    for other in recording.channels:
-        if other.type == messages.CAMERA_INFO and other.topic == f"{parent}/camera_info":
-            return other
-    return None
+    topic = channel.topic.removesuffix("/compressed").removesuffix("/compressedDepth")
+    infos = {other.topic: other for other in recording.channels if other.type == messages.CAMERA_INFO}
+    return infos.get(f"{topic}/camera_info") or infos.get(f"{topic.rpartition('/')[0]}/camera_info")
 
 
 def _ours(channel: Channel, places: Mapping[str, str]) -> bool:
     """Tell whether a channel only repeats what our own metadata or another channel holds."""
-    if channel.topic == METADATA_TOPIC:
+    if channel.topic in {METADATA_TOPIC, DIGEST_TOPIC}:
         return True
     return bool(places) and channel.topic in {TF_TOPIC, TF_STATIC_TOPIC}
 

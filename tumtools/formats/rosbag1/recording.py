@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
-from tumtools.formats.ros.layouts import METADATA_TOPIC
+from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
 from tumtools.formats.ros.messages import STRING
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag1.index import read_index
@@ -57,8 +57,10 @@ class BagRecording(Recording):
         self.warnings = self._index.warnings
         self._channel_of = _channels_of(self._index)
         channels = sorted(set(self._channel_of.values()), key=lambda channel: channel.id)
-        self.metadata, record = self._read_metadata(channels)
-        self.channels = tuple(channel for channel in channels if channel is not record)
+        self.metadata, record = self._read_strings(channels, METADATA_TOPIC)
+        self.digest, digest_record = self._read_strings(channels, DIGEST_TOPIC)
+        ours = [record, digest_record]
+        self.channels = tuple(channel for channel in channels if channel not in ours)
 
     def messages(
         self, channels: Collection[Channel], start: int | None = None, end: int | None = None
@@ -114,10 +116,12 @@ class BagRecording(Recording):
         entries = entries[wanted]
         return entries[np.lexsort((entries["offset"], entries["chunk"], entries["time"]))]
 
-    def _read_metadata(self, channels: list[Channel]) -> tuple[dict[str, str] | None, Channel | None]:
-        """Return the strings that tumtools wrote into the bag, and their channel."""
+    def _read_strings(
+        self, channels: list[Channel], topic: str
+    ) -> tuple[dict[str, str] | None, Channel | None]:
+        """Return the strings that tumtools wrote under a topic, and their channel."""
         for channel in channels:
-            if channel.topic == METADATA_TOPIC and channel.type == STRING:
+            if channel.topic == topic and channel.type == STRING:
                 for message in self.messages([channel]):
                     try:
                         document = json.loads(bytes(message.data[4:]))

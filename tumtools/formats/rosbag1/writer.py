@@ -12,17 +12,18 @@ from typing import TYPE_CHECKING
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros import messages
-from tumtools.formats.ros.layouts import METADATA_TOPIC
+from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
 from tumtools.formats.ros.outgoing import Style, estimated_bytes, make_style, outgoing, style_needs
 from tumtools.formats.ros.recording import OutChannel, OutMessage
 from tumtools.formats.rosbag1.container import write_bag
 from tumtools.formats.rosbag1.structure import Connection
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from tumtools.formats.options import Progress, WriteOptions
+    from tumtools.formats.ros.outgoing import Outgoing
     from tumtools.model.sequence import Loss, Sequence
 
 
@@ -36,12 +37,14 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     """
     out = outgoing(sequence, _style(options))
     # Number 0 is the topic of our own metadata, which stands first in the bag.
-    channels = (OutChannel(METADATA_TOPIC, messages.STRING, latched=True), *out.channels)
+    channels = [OutChannel(METADATA_TOPIC, messages.STRING, latched=True), *out.channels]
+    if out.keeps_digest:
+        channels.append(OutChannel(DIGEST_TOPIC, messages.STRING, latched=True))
     with target.open("wb") as file:
         write_bag(
             file,
             [_connection(channel) for channel in channels],
-            _with_metadata(out.metadata, out.messages()),
+            _with_metadata(out),
             compression=FORMATS["rosbag1"].option(options, "compression"),
             jobs=options.jobs,
             progress=progress,
@@ -86,12 +89,19 @@ def _connection(channel: OutChannel) -> Connection:
     )
 
 
-def _with_metadata(metadata: Mapping[str, str], rest: Iterable[OutMessage]) -> Iterator[OutMessage]:
-    """Put the metadata before everything else, at the time of the first message."""
-    iterator = iter(rest)
+def _with_metadata(out: Outgoing) -> Iterator[OutMessage]:
+    """Put the metadata before everything else, at the time of the first message; the digest at the end."""
+    iterator = out.messages()
     first = next(iterator, None)
-    text = json.dumps(metadata, sort_keys=True, separators=(",", ":"))
-    data = messages.message_type(messages.STRING, "ros1").encode({"data": text})
-    yield OutMessage(0, first.stamp if first else 1, (data,))
+    stamp = first.stamp if first else 1
+    yield OutMessage(0, stamp, (_string(out.metadata),))
     for message in chain(() if first is None else (first,), iterator):
+        stamp = message.stamp
         yield replace(message, channel=message.channel + 1)
+    if out.keeps_digest:
+        yield OutMessage(len(out.channels) + 1, stamp, (_string(out.digest()),))
+
+
+def _string(values: Mapping[str, str]) -> bytes:
+    text = json.dumps(values, sort_keys=True, separators=(",", ":"))
+    return messages.message_type(messages.STRING, "ros1").encode({"data": text})

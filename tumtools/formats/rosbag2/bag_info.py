@@ -187,7 +187,8 @@ def format_bag_info(
             f"files:\n  - path: {quoted(summary.file)}\n    {start.replace('    ', '      ')}"
             f"    duration:\n      nanoseconds: {duration}\n    message_count: {total}\n"
         )
-    if version >= _CUSTOM_DATA:
+    if version >= _CUSTOM_DATA or custom_data:
+        # Earlier readers pass over keys that they do not know.
         lines.append("custom_data:" + ("\n" if custom_data else " {}\n"))
         lines += [f"  {quoted(key)}: {quoted(value)}\n" for key, value in sorted(custom_data.items())]
     if version >= _ROS_DISTRO:

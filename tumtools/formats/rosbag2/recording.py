@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import heapq
+import json
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ import zstandard
 
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
 from tumtools.formats.mcap.recording import McapRecording
+from tumtools.formats.metadata import DIGEST_RECORD
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag2.bag_info import FILE_NAME, BagInfo, read_bag_info
@@ -63,7 +65,11 @@ class Rosbag2Recording(Recording):
                 raise
             warnings.append(f"{error.message}; this file and those after it are left out")
         self.channels, self._places = _merge_channels(self._parts, info)
-        self.metadata = info.custom_data or next((p.metadata for p in self._parts if p.metadata), None)
+        custom = dict(info.custom_data)
+        self.digest = _strings(custom.pop(DIGEST_RECORD, "")) or next(
+            (p.digest for p in self._parts if p.digest), None
+        )
+        self.metadata = custom or next((p.metadata for p in self._parts if p.metadata), None)
         self.not_carried = tuple(loss for part in self._parts for loss in part.not_carried)
         self.warnings = (*warnings, *(warning for part in self._parts for warning in part.warnings))
 
@@ -133,6 +139,15 @@ class Rosbag2Recording(Recording):
         if self._temporary is not None:
             self._temporary.cleanup()
             self._temporary = None
+
+
+def _strings(text: str) -> dict[str, str] | None:
+    """Return the strings in a JSON object; None if it is something else."""
+    try:
+        found = json.loads(text)
+    except ValueError:
+        return None
+    return {str(k): str(v) for k, v in found.items()} if isinstance(found, dict) else None
 
 
 def _info_of_file(path: Path) -> BagInfo:

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import UsageError
 from tumtools.formats.mcap.container import Packing, write_mcap
+from tumtools.formats.metadata import DIGEST_RECORD
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros.outgoing import Style, estimated_bytes, make_style, outgoing, style_needs
@@ -40,7 +42,10 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
 
     def describe() -> tuple[str, str]:
         summary = tally.summary(file.name)
-        return format_bag_info(summary, storage=storage, ros_distro=distro, custom_data=out.metadata)
+        custom = dict(out.metadata)
+        if digest := out.digest():
+            custom[DIGEST_RECORD] = json.dumps(digest, sort_keys=True, separators=(",", ":"))
+        return format_bag_info(summary, storage=storage, ros_distro=distro, custom_data=custom)
 
     if storage == "mcap":
         packing = Packing("cdr", out.compressed_channels, _compression(options))
@@ -49,6 +54,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
             out.channels,
             tally.watch(out.messages()),
             out.metadata,
+            digest=out.digest,
             packing=packing,
             jobs=options.jobs,
             progress=progress,

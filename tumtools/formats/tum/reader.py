@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import heapq
-import re
 from functools import partial
 from itertools import groupby
 from typing import TYPE_CHECKING, Final
@@ -17,7 +16,7 @@ from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC
 from tumtools.formats.tum.members import check_name, check_size
 from tumtools.formats.tum.storage import LIST_FILES, Folder, Storage, Zip
 from tumtools.formats.tum.tar import Tar
-from tumtools.formats.tum.text import Table, parse
+from tumtools.formats.tum.text import Table, name_in_headers, parse
 from tumtools.images import png
 from tumtools.images.codec import image_of_png
 from tumtools.images.parallel import read_ahead
@@ -49,7 +48,6 @@ _READ_AHEAD: Final = 4
 _ZIP_MAGIC: Final = b"PK"
 _TAR_MAGIC: Final = b"ustar"
 _TAR_MAGIC_AT: Final = 257
-_NAME_IN_HEADER: Final = re.compile(r"# file: '([\w.+-]+)\.bag'\s*")
 _PAPERS_NAME: Final = "imu.txt"
 _OFFICIAL_PREFIX: Final = "rgbd_dataset_freiburg"
 
@@ -195,7 +193,10 @@ class TumSequence(Sequence):
     def _make_info(self) -> SequenceInfo:
         storage = self._storage
         # A name in no known coding cannot go into the fields of other formats.
-        name = self._name_in_header() or storage.name.encode("utf-8", "replace").decode()
+        name = (
+            name_in_headers(table.layout.head for table in self.tables.values())
+            or storage.name.encode("utf-8", "replace").decode()
+        )
         official = name.startswith(_OFFICIAL_PREFIX)
         streams = [stream for stream in IMAGE_STREAMS if stream in self.names]
         return SequenceInfo(
@@ -209,14 +210,6 @@ class TumSequence(Sequence):
             not_carried=tuple(self._other_files()),
             warnings=tuple(self._warnings()),
         )
-
-    def _name_in_header(self) -> str | None:
-        """Return the official name from the published header line `# file: 'NAME.bag'`."""
-        for table in self.tables.values():
-            for line in table.layout.head.splitlines():
-                if found := _NAME_IN_HEADER.fullmatch(line):
-                    return found[1]
-        return None
 
     def _image_info(self, stream: str) -> ImageStreamInfo:
         names = self.names[stream]

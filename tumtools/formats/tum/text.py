@@ -21,7 +21,7 @@ from tumtools.model.text import SHORTEST, TextLayout
 from tumtools.model.time import MAX_DECIMALS, decimals_needed, format_stamp, parse_stamp, parse_stamps
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     import numpy.typing as npt
 
@@ -40,6 +40,7 @@ _MAX_VALUE_DECIMALS: Final = 30
 """More are never printed on purpose; such a value is kept literally."""
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _BOM = "\ufeff"
+_NAME_IN_HEADER: Final = re.compile(r"# file: '([\w.+-]+)\.bag'\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,6 +346,15 @@ def _render_uniform(
         row = f"{stamp}{gap}{stream}/{stamp}.png{layout.newline}"
         columns = zip(whole, part, whole, part, strict=True)
     return (row * len(whole)) % tuple(chain.from_iterable(columns))
+
+
+def name_in_headers(heads: Iterable[str]) -> str | None:
+    """Return the official name from the first published header line `# file: 'NAME.bag'`."""
+    for head in heads:
+        for line in head.splitlines():
+            if found := _NAME_IN_HEADER.fullmatch(line):
+                return found[1]
+    return None
 
 
 def fit_layout(

@@ -17,14 +17,16 @@ from isal import igzip
 
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.tum.members import check_name
-from tumtools.formats.tum.text import fit_layout, render, render_rows
+from tumtools.formats.tum.text import fit_layout, name_in_headers, render, render_rows
 from tumtools.images.codec import png_of
 from tumtools.images.parallel import ordered_map
+from tumtools.model.camera import camera_of_name
 from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Frame, Loss, Sequence
 from tumtools.model.text import TextLayout, default_layout
 from tumtools.model.time import format_stamp
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
@@ -68,7 +70,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
         for frame, data in ordered_map(encode, sequence.images(), options.jobs):
             sink.add(names[frame.stream][frame.row], data)
             progress(1, len(data))
-    return _losses(sequence)
+    return (*_losses(sequence), *_camera_loss(sequence, layouts, target))
 
 
 def needs(options: WriteOptions) -> Needs:
@@ -99,6 +101,17 @@ def _losses(sequence: Sequence) -> tuple[Loss, ...]:
         for stream, frame in sequence.info.frame_ids.items()
     ]
     return (*calibrations, *frames)
+
+
+def _camera_loss(sequence: Sequence, layouts: Mapping[str, TextLayout], target: Path) -> Iterator[Loss]:
+    """Tell that the camera is lost, unless the name in a header, or else that of the target, tells it."""
+    camera, images = sequence.info.camera, sequence.info.images
+    if camera is None or not images:
+        return
+    named = name_in_headers(layout.head for layout in layouts.values())
+    if camera_of_name(named or target.name) != camera:
+        why = "the layout tells the camera only by the name of the sequence"
+        yield Loss(next(iter(images)), f"camera {camera}", 1, why, alters_data=False)
 
 
 def _layouts(sequence: Sequence) -> dict[str, TextLayout]:

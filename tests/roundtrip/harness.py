@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Convert along a chain of formats, and hold every result against its source.
+
+Each step must lose exactly what is expected (`tests/roundtrip/expectations.py`), say so, and leave all else
+the same: digests, values, pixels, text. A chain that loses nothing must end where it began.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from tests.roundtrip.expectations import Expected, expected, key_of
+from tumtools.convert import convert
+from tumtools.diff import diff
+from tumtools.digest import Digest, digest
+from tumtools.model.image import ENCODINGS
+from tumtools.sources import open_source
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tests.roundtrip.variants import Chain, Variant
+    from tumtools.model.sequence import Loss, Sequence
+
+BYTES_PER_ROW: Final = {"accelerometer": 32, "groundtruth": 64}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a cell.
+
+    Attributes:
+        steps: Losses of each step, empty if there were none.
+        images: Pairs of images compared.
+        pixels: Pixels compared.
+        nbytes: Bytes of pixels and rows compared.
+
+    """
+
+    steps: tuple[tuple[Loss, ...], ...]
+    images: int
+    pixels: int
+    nbytes: int
+
+
+def run(chain: Chain, first: Path, folder: Path) -> Outcome:
+    """Convert along a chain and check every step.
+
+    Args:
+        chain: The first variant is that of the source.
+        first: The source.
+        folder: Where to write; each step into a folder of its own, under the name of the source.
+
+    Raises:
+        AssertionError: Something was lost without being reported, or reported without being expected.
+
+    """
+    steps: list[tuple[Loss, ...]] = []
+    images = pixels = nbytes = 0
+    source = first
+    for number, variant in enumerate(chain[1:], 1):
+        target = folder / str(number) / f"sequence{variant.suffix}"
+        losses, compared = step(source, target, variant)
+        steps.append(losses)
+        images, pixels, nbytes = images + compared[0], pixels + compared[1], nbytes + compared[2]
+        source = target
+    if len(chain) > 1 and chain[0] == chain[-1] and not any(steps):
+        with open_source(first) as before, open_source(source) as after:
+            if not any(_asked(chain, before)):
+                assert digest(before, jobs=1) == digest(after, jobs=1)
+                assert diff(before, after, jobs=1).differences == ()
+    return Outcome(tuple(steps), images, pixels, nbytes)
+
+
+def _asked(chain: Chain, sequence: Sequence) -> Iterator[tuple[str, str]]:
+    for variant in chain[1:]:
+        yield from expected(variant, sequence).asked
+
+
+def step(source: Path, target: Path, variant: Variant) -> tuple[tuple[Loss, ...], tuple[int, int, int]]:
+    """Convert once and check the result; return the losses, and images, pixels and bytes compared."""
+    with open_source(source) as before:
+        return write_and_check(before, target, variant)
+
+
+def write_and_check(
+    before: Sequence, target: Path, variant: Variant
+) -> tuple[tuple[Loss, ...], tuple[int, int, int]]:
+    """As `step`, for a sequence that is open."""
+    wanted = expected(variant, before)
+    report = convert(before, target, variant.format, variant.write_options)
+    assert report.verified
+    found = [key_of(loss) for loss in report.losses if loss not in before.info.not_carried]
+    assert sorted(map(str, found)) == sorted(map(str, wanted.losses.elements()))
+    with open_source(target) as after:
+        assert after.info.not_carried == (), "it wrote what it does not read"
+        compared = check_same(before, after, wanted)
+    return report.losses, compared
+
+
+def check_same(before: Sequence, after: Sequence, wanted: Expected) -> tuple[int, int, int]:
+    """Check that two sequences differ in what is expected and in nothing else."""
+    assert after.info.name == before.info.name or wanted.losses
+    one, other = digest(before, jobs=1), digest(after, jobs=1)
+    changed = {
+        name for name in one.streams | other.streams if one.streams.get(name) != other.streams.get(name)
+    }
+    assert changed == wanted.changed
+    result = diff(before, after, jobs=1)
+    lossy = {stream for stream, *_ in wanted.losses}
+    unexpected = [
+        found
+        for found in result.differences
+        if found.stream not in lossy and (found.stream, found.what) not in wanted.asked
+    ]
+    assert unexpected == []
+    assert wanted.asked <= {(found.stream, found.what) for found in result.differences}
+    return result.images, result.pixels, _bytes(before, one)
+
+
+def _bytes(sequence: Sequence, found: Digest) -> int:
+    """Return how many bytes went into a digest."""
+    total = sum(stream.count * BYTES_PER_ROW.get(name, 8) for name, stream in found.streams.items())
+    for name, info in sequence.info.images.items():
+        per_pixel = 4 if name == "depth" else ENCODINGS[info.encoding or "rgb8"].bytes_per_pixel
+        total += info.count * info.width * info.height * per_pixel
+    return total

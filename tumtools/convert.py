@@ -128,7 +128,7 @@ def convert(
         able = ", ".join(one.name for one in registry.FORMATS.values() if one.keeps_digest)
         raise UsageError(f"--digest has no meaning for {to}, which cannot hold one", hint=f"{able} can")
     needs = entry.writer.needs(write_options)
-    prepared = _prepare(sequence, options.selection, needs)
+    prepared = prepare(sequence, options.selection, needs)
     _refuse_nothing(prepared, options.selection)
     plan = entry.writer.plan(prepared, write_options)
     report = Report(
@@ -172,7 +172,8 @@ def convert(
     return replace(report, losses=losses, nbytes=size, verified=options.verify)
 
 
-def _prepare(sequence: Sequence, selection: Selection, needs: Needs) -> Sequence:
+def prepare(sequence: Sequence, selection: Selection, needs: Needs) -> Sequence:
+    """Return what a writer with these needs is given."""
     prepared = select(sequence, selection)
     if needs.drops:
         prepared = without(prepared, needs.drops)

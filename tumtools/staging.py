@@ -45,7 +45,7 @@ def staged(target: Path, *, force: bool = False) -> Iterator[Path]:
     folder = _new_name(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        _remove_stale(target)
+        remove_stale(target)
         while (lock := _make_locked(folder)) is None:
             folder = _new_name(target)
         with lock:
@@ -113,7 +113,7 @@ def _prefix(target: Path) -> str:
     return f".{target.name}.tumtools-"
 
 
-def _remove_stale(target: Path) -> None:
+def remove_stale(target: Path) -> None:
     """Remove the staging folders of processes that were killed."""
     for folder in target.parent.iterdir():
         if folder.name.startswith(_prefix(target)) and folder.is_dir():

@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tumtools.errors import UsageError
 from tumtools.images.bayer import PATTERNS, demosaic
 from tumtools.images.codec import image_of_pixels, pixels_of
 from tumtools.images.depth import EXACT, Rounding, rescale_counts, to_counts
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, Frame, Loss, Sequence
+from tumtools.model.time import parse_stamp
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -27,6 +29,9 @@ if TYPE_CHECKING:
 
     from tumtools.model.image import Image
     from tumtools.model.signals import Accelerometer, Trajectory
+
+
+_THREE_YEARS_NS = 10**17
 
 
 @dataclass(frozen=True, slots=True)
@@ -281,6 +286,40 @@ def transform_losses(sequence: Sequence) -> tuple[Loss, ...]:
             losses = sequence.losses() + losses
         sequence = sequence.inner
     return losses
+
+
+def parse_selection(
+    sequence: Sequence, start: str | None, end: str | None, every: int, streams: tuple[str, ...] | None
+) -> Selection:
+    """Return what to keep, from texts as users write them.
+
+    Args:
+        sequence: What it is taken from.
+        start: Seconds from the first stamp, or since 1970; None for no limit.
+        end: The same.
+        every: Keep each n-th image.
+        streams: Keep these only; None for all.
+
+    Raises:
+        UsageError: No number, or no such stream.
+
+    """
+    first = first_stamp(sequence) or 0
+    limits = []
+    for option, text in (("--start", start), ("--end", end)):
+        try:
+            stamp = None if text is None else parse_stamp(text)
+        except ValueError as error:
+            raise UsageError(f"{option}: {error}") from error
+        # A small number is meant from the beginning, also where the clock of the recording starts near 0.
+        relative = stamp is not None and abs(stamp) < max(first // 2, _THREE_YEARS_NS)
+        limits.append(stamp + first if stamp is not None and relative else stamp)
+    unknown = set(streams or ()) - set(STREAMS)
+    if unknown:
+        raise UsageError(
+            f"--streams: no stream {', '.join(sorted(unknown))}", hint=f"streams: {', '.join(STREAMS)}"
+        )
+    return Selection(streams, limits[0], limits[1], every)
 
 
 def first_stamp(sequence: Sequence) -> int | None:

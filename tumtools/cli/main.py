@@ -31,6 +31,7 @@ COMMANDS: Final[dict[str, str]] = {
     "stats": "Print a sequence's motion, rates, drops and coverage.",
     "plot": "Draw trajectories and timelines.",
     "synth": "Make a synthetic sequence.",
+    "batch": "Convert many sequences as a manifest says.",
     "cache": "Look after what has been fetched.",
     "formats": "List the formats and their options.",
     "completion": "Print a completion script for a shell.",

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from tumtools.model.sequence import Sequence
     from tumtools.transform import Selection
 
-_THREE_YEARS_NS = 10**17
 
 Command = TypeVar("Command", bound="Callable[..., object]")
 
@@ -120,24 +119,7 @@ def make_selection(
         UsageError: A time is no number, or there is no such stream.
 
     """
-    from tumtools.model.sequence import STREAMS
-    from tumtools.model.time import parse_stamp
-    from tumtools.transform import Selection, first_stamp
+    from tumtools.transform import parse_selection
 
-    first = first_stamp(sequence) or 0
-    limits = []
-    for option, text in (("--start", start), ("--end", end)):
-        try:
-            stamp = None if text is None else parse_stamp(text)
-        except ValueError as error:
-            raise UsageError(f"{option}: {error}") from error
-        # A small number is meant from the beginning, also where the clock of the recording starts near 0.
-        relative = stamp is not None and abs(stamp) < max(first // 2, _THREE_YEARS_NS)
-        limits.append(stamp + first if stamp is not None and relative else stamp)
-    chosen = None if streams is None else tuple(name.strip() for name in streams.split(","))
-    unknown = set(chosen or ()) - set(STREAMS)
-    if unknown:
-        raise UsageError(
-            f"--streams: no stream {', '.join(sorted(unknown))}", hint=f"streams: {', '.join(STREAMS)}"
-        )
-    return Selection(chosen, limits[0], limits[1], every)
+    names = None if streams is None else tuple(name.strip() for name in streams.split(","))
+    return parse_selection(sequence, start, end, every, names)

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Plans: the same for the same manifest, without outputs in each other's way, and not to be edited."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.batch.batches import FIXTURES, FOUR_TARGETS
+from tumtools.batch.manifest import read_manifest
+from tumtools.batch.plan import Plan, make_plan
+from tumtools.batch.plan_file import read_plan, write_plan
+from tumtools.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("full", "early"):
+        shutil.copytree(FIXTURES / name, tmp_path / "data" / name)
+    return tmp_path
+
+
+def plan_of(folder: Path, text: str = "", head: str = "", source: str = 'path = "data/*"') -> Plan:
+    path = folder / "manifest.toml"
+    path.write_text(f'destination = "out"\n{head}\n[[source]]\n{source}\n{text or FOUR_TARGETS}')
+    return make_plan(read_manifest(path))
+
+
+def test_the_same_manifest_gives_the_same_file(folder: Path) -> None:
+    plan = plan_of(folder)
+    write_plan(plan, folder / "a.json")
+    write_plan(plan_of(folder), folder / "b.json")
+    assert (folder / "a.json").read_bytes() == (folder / "b.json").read_bytes()
+    assert read_plan(folder / "a.json") == plan
+    assert len({task.id for task in plan.tasks}) == 8
+    assert all(task.bytes_in and task.bytes_out for task in plan.tasks)
+
+
+def test_any_option_changes_the_task_but_moving_the_destination_does_not(folder: Path) -> None:
+    one = '[[target]]\nto = "mcap"\n'
+    base = plan_of(folder, one).tasks[0].id
+    for more in ('compression = "none"', "every = 2", "strict = true", 'start = "0.1"', 'streams = ["rgb"]'):
+        assert plan_of(folder, one + more).tasks[0].id != base
+    assert plan_of(folder, one, head="jobs = 4").tasks[0].id == base
+    path = folder / "manifest.toml"
+    path.write_text(path.read_text().replace('"out"', '"elsewhere"'))
+    assert make_plan(read_manifest(path)).tasks[0].id == base
+
+
+def test_losses_are_told_before_anything_is_written(folder: Path) -> None:
+    plan = plan_of(folder, '[[target]]\nto = "mcap"\ndepth_encoding = "16UC1"\n')
+    assert any("depth" in loss for loss in plan.tasks[0].losses)
+
+
+@pytest.mark.parametrize(
+    ("targets", "head", "source", "message"),
+    [
+        ("", 'template = "{name}"', 'path = "data/*"', "is the same as"),
+        ("", 'template = "{name}/{format}/../x.{ext}"', 'path = "data/*"', "no name below the destination"),
+        ("", 'template = ".tumtools/{name}.{ext}"', 'path = "data/*"', "no name below the destination"),
+        ('[[target]]\nto = "tum"\n', 'template = "../data/{name}"', 'path = "data/*"', "no name below"),
+        ("", "", 'path = "nowhere/*"', "no recording is there"),
+        ("", "", 'path = "nowhere"', "there is no such file"),
+        ("", "", 'name = "fr1/dusk"', "no sequence is called"),
+        ("", "", 'path = "data/*"\nlabel = "x"', "label names one source"),
+    ],
+)
+def test_plans_that_cannot_be_are_refused(
+    folder: Path, targets: str, head: str, source: str, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        plan_of(folder, targets, head, source)
+
+
+def test_outputs_are_not_written_into_sources(folder: Path) -> None:
+    path = folder / "manifest.toml"
+    path.write_text(
+        'destination = "data"\ntemplate = "{name}"\n[[source]]\npath = "data/*"\n[[target]]\nto = "tum"\n'
+    )
+    with pytest.raises(InputError, match="in the way of a source"):
+        make_plan(read_manifest(path))
+
+
+def test_outputs_inside_of_outputs_are_refused(folder: Path) -> None:
+    targets = '[[target]]\nto = "tum"\nlabel = "a"\n[[target]]\nto = "mcap"\nlabel = "a/b"\n'
+    with pytest.raises(InputError, match="is inside of"):
+        plan_of(folder, targets, 'template = "{name}/{target}"')
+
+
+def test_a_source_that_is_named_twice_is_planned_once(folder: Path) -> None:
+    one = '[[target]]\nto = "mcap"\n'
+    assert len(plan_of(folder, one, source='path = "data/*"\n[[source]]\npath = "data/full"').tasks) == 2
+
+
+def test_the_catalogue_is_filtered(folder: Path) -> None:
+    plan = plan_of(
+        folder, '[[target]]\nto = "mcap"\n', 'estimate = "off"', 'camera = "fr2"\nexclude = ["*_xyz"]'
+    )
+    names = {task.source.name for task in plan.tasks}
+    assert "rgbd_dataset_freiburg2_desk" in names
+    assert all(name.startswith("rgbd_dataset_freiburg2_") and not name.endswith("_xyz") for name in names)
+
+
+def test_a_damaged_source_is_planned_with_its_problem(folder: Path) -> None:
+    (folder / "data" / "broken.mcap").write_bytes(b"\x89MCAP0\r\nnothing")
+    plan = plan_of(folder, '[[target]]\nto = "tum"\n')
+    assert [bool(task.problem) for task in plan.tasks] == [True, False, False]
+
+
+@pytest.mark.parametrize("change", ["output", "order", "remove"])
+def test_edited_plans_are_refused(folder: Path, change: str) -> None:
+    path = folder / "plan.json"
+    write_plan(plan_of(folder), path)
+    document = json.loads(path.read_text())
+    if change == "output":
+        document["tasks"][0]["output"] = "../../etc/x"
+    elif change == "order":
+        document["tasks"].reverse()
+    else:
+        del document["tasks"][0]
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match="not edited"):
+        read_plan(path)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema_version": 1}', '{"schema_version": 9}'])
+def test_what_is_no_plan_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "plan.json").write_text(text)
+    with pytest.raises(InputError):
+        read_plan(tmp_path / "plan.json")

@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Runs: what is proven is left alone, everything else is done, one failure stays one failure."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.batch.batches import FIXTURES
+from tumtools.batch.claims import Claims
+from tumtools.batch.engines import create_engine
+from tumtools.batch.engines.engine import EngineSettings
+from tumtools.batch.ledger import Entry, Ledger
+from tumtools.batch.manifest import read_manifest
+from tumtools.batch.plan import Plan, make_plan
+from tumtools.batch.run import RunOptions, chosen, run
+from tumtools.batch.status import status
+from tumtools.batch.stores import open_store
+from tumtools.errors import UsageError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def plan_of(folder: Path, head: str = "", targets: str = '[[target]]\nto = "mcap"\n') -> Plan:
+    path = folder / "manifest.toml"
+    path.write_text(f'destination = "out"\n{head}\n[[source]]\npath = "data/*"\n{targets}')
+    return make_plan(read_manifest(path))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("full", "early", "fr3"):
+        shutil.copytree(FIXTURES / name, tmp_path / "data" / name)
+    return tmp_path
+
+
+def run_inline(plan: Plan, **how: bool) -> dict[str, int]:
+    """Run and count `worked done`, `kept done`, `worked failed` and so on."""
+    options = RunOptions(**how)  # type: ignore[arg-type]  # flags only
+    outcomes = run(plan, chosen(plan, options), create_engine("inline", EngineSettings()), options)
+    return dict(
+        Counter(
+            f"{outcome.how} {outcome.entry.state if outcome.entry else ''}".strip() for outcome in outcomes
+        )
+    )
+
+
+def states(plan: Plan) -> dict[str, int]:
+    return dict(Counter(standing.state for standing in status(plan)))
+
+
+def entry_of(plan: Plan, name: str) -> Entry:
+    task = next(task for task in plan.tasks if task.source.name == name)
+    entry = Ledger(open_store(plan.destination)).read(task.id)
+    assert entry is not None
+    return entry
+
+
+def test_what_is_done_is_kept(folder: Path) -> None:
+    plan = plan_of(folder)
+    assert states(plan) == {"pending": 3}
+    assert run_inline(plan) == {"worked done": 3}
+    assert run_inline(plan) == {"kept done": 3}
+    assert states(plan) == {"done": 3}
+
+
+@pytest.mark.parametrize("change", ["remove", "truncate", "same size", "ledger", "source"])
+def test_what_is_not_proven_is_done_again(folder: Path, change: str) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    output = folder / "out/full/full.mcap"
+    before = output.read_bytes()
+    if change == "remove":
+        output.unlink()
+    elif change == "truncate":
+        output.write_bytes(before[:-1])
+    elif change == "same size":
+        output.write_bytes(before[:-1] + b"x")
+    elif change == "ledger":
+        next((folder / "out/.tumtools/ledger").glob(f"*/{plan.tasks[2].id}.json")).write_text("{")
+    else:
+        with (folder / "data/full/groundtruth.txt").open("a") as file:
+            file.write("# another line\n")
+    assert states(plan) in ({"done": 2, "changed": 1}, {"done": 2, "pending": 1})
+    assert run_inline(plan) == {"worked done": 1, "kept done": 2}
+    assert states(plan) == {"done": 3}
+    if change != "source":
+        assert output.read_bytes() == before
+
+
+def test_times_that_differ_are_no_matter_where_the_bytes_are_the_same(folder: Path) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    os.utime(folder / "out/full/full.mcap", ns=(1, 1))
+    os.utime(folder / "data/full/rgb.txt", ns=(1, 1))
+    assert run_inline(plan) == {"kept done": 3}
+
+
+def test_outputs_stay_when_their_sources_go(folder: Path) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    shutil.rmtree(folder / "data/full")
+    assert run_inline(plan) == {"kept done": 3}
+
+
+def test_other_options_make_the_output_anew(folder: Path) -> None:
+    run_inline(plan_of(folder))
+    before = (folder / "out/full/full.mcap").read_bytes()
+    other = plan_of(folder, targets='[[target]]\nto = "mcap"\ncompression = "none"\n')
+    assert run_inline(other) == {"worked done": 3}
+    assert (folder / "out/full/full.mcap").read_bytes() != before
+
+
+def test_a_damaged_source_fails_alone_and_retry_does_only_that(folder: Path) -> None:
+    image = next((folder / "data/full/rgb").glob("*.png"))
+    good = image.read_bytes()
+    image.write_bytes(good[:-20])
+    plan = plan_of(folder)
+    assert run_inline(plan) == {"worked failed": 1, "worked done": 2}
+    assert states(plan) == {"failed": 1, "done": 2}
+    assert image.name in entry_of(plan, "full").reason
+    assert not (folder / "out/full").exists() or list((folder / "out/full").iterdir()) == []
+    image.write_bytes(good)
+    assert run_inline(plan, retry=True) == {"worked done": 1}
+    assert entry_of(plan, "full").attempts == 2
+    assert states(plan) == {"done": 3}
+
+
+@pytest.mark.parametrize(
+    ("how", "outcome"), [("warn", "worked done"), ("skip", "worked skipped"), ("fail", "worked failed")]
+)
+def test_findings_are_dealt_with_as_the_manifest_says(folder: Path, how: str, outcome: str) -> None:
+    path = folder / "data/full/groundtruth.txt"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*lines[:5], lines[6], lines[5], *lines[7:]]))  # stamps go back
+    plan = plan_of(folder, f'on_findings = "{how}"\nfail_on = "warning"')
+    counts = run_inline(plan)
+    entry = entry_of(plan, "full")
+    assert any("groundtruth.txt" in finding for finding in entry.findings)
+    assert counts[outcome] >= 1
+    if how == "skip":
+        assert run_inline(plan)["kept skipped"] == counts[outcome]
+        path.write_text("".join(lines))
+        run_inline(plan)
+        assert not any("groundtruth.txt" in finding for finding in entry_of(plan, "full").findings)
+
+
+def test_what_somebody_else_works_on_is_left_to_them(folder: Path) -> None:
+    plan = plan_of(folder)
+    with Claims(open_store(plan.destination)).hold(plan.tasks[0].id, 0) as claim:
+        assert claim is not None
+        assert states(plan) == {"running": 1, "pending": 2}
+        assert run_inline(plan, claim=True) == {"busy": 1, "worked done": 2}
+    assert run_inline(plan, claim=True) == {"worked done": 1, "kept done": 2}
+
+
+def test_shards_are_all_of_the_plan_once(folder: Path) -> None:
+    plan = plan_of(folder)
+    shards = [plan.shard(index, 2) for index in (1, 2)]
+    assert [run_inline(shard) for shard in shards] == [{"worked done": 2}, {"worked done": 1}]
+    assert run_inline(plan) == {"kept done": 3}
+
+
+def test_an_unknown_engine_is_refused() -> None:
+    with pytest.raises(UsageError, match="no engine 'ray'"):
+        create_engine("ray", EngineSettings())

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""What an engine must do: take jobs, give back what came of them, end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tumtools.batch.task import Job, Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class EngineSettings:
+    """What an engine is made with; each takes what means something to it.
+
+    Attributes:
+        workers: Tasks side by side.
+        address: Of a scheduler that runs already.
+        timeout: Seconds that a task may take; None for no limit.
+        memory_limit: Bytes that a worker may have; None for no limit.
+
+    """
+
+    workers: int = 1
+    address: str | None = None
+    timeout: float | None = None
+    memory_limit: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Completed:
+    """A job that an engine is done with.
+
+    Attributes:
+        job: As submitted.
+        outcome: What came of it; None if its worker was lost.
+        reason: Why there is no outcome.
+
+    """
+
+    job: Job
+    outcome: Outcome | None
+    reason: str = ""
+
+
+class Engine(Protocol):
+    """Runs jobs with `tumtools.batch.task.execute`, in whatever processes it has.
+
+    A third-party package registers a callable that takes `EngineSettings` and returns an engine, as an
+    entry point of the group `tumtools.engines`.
+    """
+
+    @property
+    def capacity(self) -> int:
+        """How many jobs it wants to have at a time."""
+
+    def submit(self, job: Job) -> None:
+        """Take a job."""
+
+    def as_completed(self) -> Iterator[Completed]:
+        """Yield each submitted job when it is done, in any order; end when there is none left.
+
+        More jobs may be submitted between two of them.
+        """
+
+    def shutdown(self) -> None:
+        """End all workers; what they work on is given up and its claims are released."""

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""A worker process of the local engine: takes jobs from a pipe until it is closed."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import sys
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from tumtools.batch.task import execute
+from tumtools.errors import TumtoolsError
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+
+def work(connection: Connection[Any, Any], memory_limit: int | None) -> None:
+    """Do jobs and send back their outcomes, or a text where there is none."""
+    # Ctrl-C goes to the whole process group; the parent decides, and asks to end with SIGTERM.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
+    if memory_limit is not None:
+        # Data, not address space: mapped files and reserved stacks are no memory.
+        resource.setrlimit(resource.RLIMIT_DATA, (memory_limit, memory_limit))
+    while True:
+        try:
+            answer: object = execute(connection.recv())
+        except EOFError:
+            return
+        except MemoryError:
+            answer = "out of memory (--memory-limit)"
+        except TumtoolsError as error:
+            answer = str(error)
+        except Exception as error:  # noqa: BLE001 - the parent reports it as a failure of the task
+            answer = f"{type(error).__name__}: {error}"
+        try:
+            connection.send(answer)
+        except BrokenPipeError:
+            return  # the parent is gone; the ledger has it
+
+
+def _end(number: int, frame: object) -> NoReturn:
+    del number, frame
+    sys.exit(1)

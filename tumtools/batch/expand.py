@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""From the sources of a manifest to single recordings, in a stable order."""
+
+from __future__ import annotations
+
+import glob
+import os
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final
+
+from tumtools.batch.places import WEB_SCHEMES, is_pattern, is_remote, last_name, parent_name, stem
+from tumtools.catalogue import load_catalogue
+from tumtools.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from tumtools.batch.manifest import Manifest, SourceSpec
+    from tumtools.catalogue import Entry
+
+CATALOGUE: Final = "catalogue:"
+"""Begins the URI of a sequence of the catalogue."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One recording.
+
+    Attributes:
+        uri: An absolute path, a URL, or `catalogue:NAME`.
+        name: What `{name}` is.
+        parent: What `{parent}` is.
+        camera: As the catalogue knows it.
+        fetch: Whether to download it when it is not in the cache.
+        topics: Stream -> topic.
+        salvage: Convert what is readable of it.
+
+    """
+
+    uri: str
+    name: str
+    parent: str = ""
+    camera: str | None = None
+    fetch: bool = False
+    topics: Mapping[str, str] = field(default_factory=dict)
+    salvage: bool = False
+
+
+def expand(manifest: Manifest) -> Iterator[Source]:
+    """Yield the recordings, each once.
+
+    Raises:
+        InputError: A path or name does not exist, or a pattern matches nothing; with the line.
+
+    """
+    seen: set[str] = set()
+    for spec in manifest.sources:
+        try:
+            found = [source for source in _sources(spec) if not _is_excluded(source, spec.exclude)]
+        except UsageError as error:
+            raise _error(manifest, spec, error.message, error.hint) from error
+        if not found:
+            raise _error(manifest, spec, "no recording is there", "look at the pattern and at exclude")
+        if spec.label is not None and len(found) > 1:
+            raise _error(manifest, spec, f"label names one source, here are {len(found)}")
+        for source in found:
+            if source.uri not in seen:
+                seen.add(source.uri)
+                yield source
+
+
+def _error(manifest: Manifest, spec: SourceSpec, message: str, hint: str | None = None) -> InputError:
+    return InputError(message, path=manifest.path, location=f"line {spec.line}", hint=hint)
+
+
+def _is_excluded(source: Source, patterns: tuple[str, ...]) -> bool:
+    return any(
+        fnmatchcase(name, pattern) for name in (source.name, last_name(source.uri)) for pattern in patterns
+    )
+
+
+def _sources(spec: SourceSpec) -> Iterator[Source]:
+    if spec.path is not None:
+        for uri in _places(spec.path):
+            name = spec.label or stem(last_name(uri))
+            yield Source(
+                uri, name, parent_name(uri), topics=spec.topics, salvage=spec.salvage, fetch=spec.fetch
+            )
+        return
+    for entry in _entries(spec):
+        uri, name = f"{CATALOGUE}{entry.name}", spec.label or entry.name
+        yield Source(uri, name, "", entry.camera, spec.fetch, spec.topics, spec.salvage)
+
+
+def _entries(spec: SourceSpec) -> Iterable[Entry]:
+    catalogue = load_catalogue()
+    if spec.names:
+        return [catalogue.get(name) for name in spec.names]
+    return catalogue.filter(spec.camera, spec.category, spec.kind or "sequence")
+
+
+def _places(path: str) -> list[str]:
+    if is_remote(path):
+        if not is_pattern(path):
+            return [path]
+        if path.partition("://")[0] in WEB_SCHEMES:
+            raise UsageError("the web has no lists, so a pattern matches nothing", hint="name each URL")
+        from tumtools.batch.stores.remote import match  # noqa: PLC0415 - an extra
+
+        return match(path)
+    if os.path.lexists(path):
+        return [path]
+    if not is_pattern(path):
+        raise UsageError(f"there is no such file or folder: {path}")
+    return sorted(glob.glob(path, recursive=True))  # noqa: PTH207 - Path.glob takes no absolute pattern

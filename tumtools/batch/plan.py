@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""The plan: the tasks of a manifest, each named by a hash of what it does."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from tumtools.batch.estimate import estimate
+from tumtools.batch.expand import Source, expand
+from tumtools.batch.places import is_remote
+from tumtools.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from tumtools.batch.manifest import Manifest, Policy, Target
+
+_HASH_VERSION: Final = 1
+LEDGER_FOLDER: Final = ".tumtools"
+"""Below the destination; no output may have a name in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One conversion.
+
+    Attributes:
+        id: Hash of the source, the options and the output: 32 hexadecimal digits.
+        source: Where it comes from.
+        target: What it becomes.
+        output: Name below the destination, parts separated by `/`.
+        bytes_in: Size of the source, estimated; 0 if unknown.
+        bytes_out: Size of the output, estimated; 0 if unknown.
+        losses: What would be lost, as far as it can be told without converting.
+        problem: Why the source could not be looked at; empty if it could.
+
+    """
+
+    id: str
+    source: Source
+    target: Target
+    output: str
+    bytes_in: int = 0
+    bytes_out: int = 0
+    losses: tuple[str, ...] = ()
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """All tasks of a manifest.
+
+    Attributes:
+        destination: Absolute folder, or URL of a store.
+        policy: What holds for all tasks.
+        targets: As in the manifest.
+        tasks: In the order of sources, then targets.
+
+    """
+
+    destination: str
+    policy: Policy
+    targets: tuple[Target, ...]
+    tasks: tuple[Task, ...] = field(repr=False)
+
+    @property
+    def id(self) -> str:
+        """A hash of all tasks."""
+        sha = hashlib.sha256(self.destination.encode("utf-8", "surrogateescape"))
+        for task in self.tasks:
+            sha.update(task.id.encode())
+        return sha.hexdigest()[:32]
+
+    def shard(self, index: int, count: int) -> Plan:
+        """Return each `count`-th task from the `index`-th (1 = first) on."""
+        return Plan(self.destination, self.policy, self.targets, self.tasks[index - 1 :: count])
+
+
+def make_plan(manifest: Manifest, progress: Callable[[int], None] | None = None) -> Plan:
+    """Make the plan of a manifest; the same manifest and sources give the same plan.
+
+    Args:
+        manifest: What is wanted.
+        progress: Told of each source.
+
+    Raises:
+        InputError: A source does not exist, or two outputs would be in each other's way; with the line.
+
+    """
+    tasks: list[Task] = []
+    for source in expand(manifest):
+        tasks.extend(_tasks(manifest, source))
+        if progress is not None:
+            progress(1)
+    _check_outputs(manifest, tasks)
+    return Plan(manifest.destination, manifest.policy, manifest.targets, tuple(tasks))
+
+
+def _tasks(manifest: Manifest, source: Source) -> Iterator[Task]:
+    estimates = estimate(source, manifest.targets, manifest.estimate)
+    for target, guess in zip(manifest.targets, estimates, strict=True):
+        output = _output(manifest, source, target)
+        yield Task(
+            id=task_id(source, target, output, manifest.policy),
+            source=source,
+            target=target,
+            output=output,
+            bytes_in=guess.bytes_in,
+            bytes_out=guess.bytes_out,
+            losses=guess.losses,
+            problem=guess.problem,
+        )
+
+
+def _output(manifest: Manifest, source: Source, target: Target) -> str:
+    output = manifest.template.format(
+        name=source.name,
+        parent=source.parent,
+        ext=target.ext,
+        format=target.to,
+        target=target.label,
+        camera=source.camera or "unknown",
+    )
+    parts = output.split("/")
+    if any(part in {"", ".", ".."} for part in parts) or parts[0] == LEDGER_FOLDER or "\0" in output:
+        raise InputError(
+            f"{source.uri} would be written to {output!r}, which is no name below the destination",
+            path=manifest.path,
+            hint="change template, or give the source a label",
+        )
+    return output
+
+
+def task_id(source: Source, target: Target, output: str, policy: Policy) -> str:
+    """Hash what decides about the output; not the destination, so that a tree can be moved."""
+    what = {
+        "version": _HASH_VERSION,
+        "source": source.uri,
+        "topics": dict(source.topics),
+        "salvage": source.salvage,
+        "to": target.to,
+        "write": {key: value for key, value in target.write.items() if value},
+        "selection": [target.start, target.end, target.every, target.streams],
+        "strict": target.strict,
+        "verify": target.verify,
+        "output": output,
+        "validate": [policy.validate, policy.on_findings, policy.fail_on],
+    }
+    text = json.dumps(what, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _check_outputs(manifest: Manifest, tasks: list[Task]) -> None:
+    """Refuse outputs that are the same, inside each other, or in the way of a source."""
+    by_output: dict[str, Task] = {}
+    for task in tasks:
+        other = by_output.setdefault(task.output, task)
+        if other is not task:
+            raise _clash(manifest, task, other, "the same as")
+    for task in tasks:
+        for parent in _parents(task.output):
+            if parent in by_output:
+                raise _clash(manifest, task, by_output[parent], "inside of")
+    if is_remote(manifest.destination):
+        return
+    sources = {task.source.uri: task for task in tasks}
+    around = {str(parent) for uri in sources if not is_remote(uri) for parent in Path(uri).parents}
+    for task in tasks:
+        path = Path(manifest.destination, task.output)
+        if str(path) in around or any(str(place) in sources for place in (path, *path.parents)):
+            raise InputError(
+                f"{path} would be in the way of a source", path=manifest.path, hint="change the destination"
+            )
+
+
+def _parents(output: str) -> Iterator[str]:
+    end = output.find("/")
+    while end >= 0:
+        yield output[:end]
+        end = output.find("/", end + 1)
+
+
+def _clash(manifest: Manifest, task: Task, other: Task, how: str) -> InputError:
+    return InputError(
+        f"the output {task.output} of {task.source.uri} as {task.target.label} is {how} {other.output} of "
+        f"{other.source.uri} as {other.target.label}",
+        path=manifest.path,
+        hint="tell them apart in the template with {target}, {parent} or {ext}, or label a source",
+    )
+
+
+def by_id(plan: Plan) -> Mapping[str, Task]:
+    """Return the tasks by their id."""
+    return {task.id: task for task in plan.tasks}

@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Plans as JSON: a task a line, so that plans can be compared, and nothing that changes with the day."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING, Any, Final
+
+from tumtools.batch.expand import Source
+from tumtools.batch.manifest import Policy, Target
+from tumtools.batch.places import check_place
+from tumtools.batch.plan import Plan, Task, task_id
+from tumtools.errors import InputError, MissingInputError
+from tumtools.staging import staged
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+SCHEMA_VERSION: Final = 1
+_SOURCE_DEFAULTS: Final = {item.name: item.default for item in fields(Source)} | {"topics": {}}
+_TASK_DEFAULTS: Final = {item.name: item.default for item in fields(Task)}
+_HINT: Final = "make it anew with `tumtools batch plan`"
+
+
+def write_plan(plan: Plan, path: Path) -> None:
+    """Write a plan, in place of an older one.
+
+    Raises:
+        OutputError: It cannot be written.
+
+    """
+    head = {
+        "schema_version": SCHEMA_VERSION,
+        "plan": plan.id,
+        "destination": plan.destination,
+        "policy": asdict(plan.policy),
+        "targets": [asdict(target) for target in plan.targets],
+    }
+    with staged(path, force=True) as place, place.open("w", encoding="utf-8") as file:
+        file.write(json.dumps(head, indent=1)[:-2] + ',\n "tasks": [')
+        for number, task in enumerate(plan.tasks):
+            file.write((",\n" if number else "\n") + json.dumps(_task_table(task), separators=(",", ":")))
+        file.write("\n]}\n")
+
+
+def _task_table(task: Task) -> dict[str, object]:
+    """Return a task without what is as usual."""
+    source = {
+        name: getattr(task.source, name)
+        for name, default in _SOURCE_DEFAULTS.items()
+        if getattr(task.source, name) != default
+    }
+    table: dict[str, object] = {
+        "id": task.id,
+        "source": source,
+        "target": task.target.label,
+        "output": task.output,
+    }
+    for name in ("bytes_in", "bytes_out", "losses", "problem"):
+        if getattr(task, name) != _TASK_DEFAULTS[name]:
+            table[name] = getattr(task, name)
+    return table
+
+
+def read_plan(path: Path) -> Plan:
+    """Read a plan and check that its tasks are what their ids say.
+
+    Raises:
+        MissingInputError: There is no such file.
+        InputError: It is not a plan, of another version, or has been changed.
+
+    """
+    try:
+        document = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise MissingInputError(
+            "there is no such plan", path=path, hint="`tumtools batch plan MANIFEST -o PLAN` makes one"
+        ) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", path=path) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"not JSON: {error}", path=path, hint=_HINT) from error
+    version = document.get("schema_version") if isinstance(document, dict) else None
+    if version != SCHEMA_VERSION:
+        raise InputError(
+            f"expected a plan of version {SCHEMA_VERSION}, got {version!r}", path=path, hint=_HINT
+        )
+    try:
+        plan = _plan(document)
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise InputError(f"not a plan: {type(error).__name__} {error}", path=path, hint=_HINT) from error
+    for number, task in enumerate(plan.tasks):
+        if task.id != task_id(task.source, task.target, task.output, plan.policy):
+            raise InputError(
+                "the task is not what its id says; plans are not edited",
+                path=path,
+                location=f"tasks[{number}]",
+                hint="change the manifest and plan again",
+            )
+    if document.get("plan") != plan.id:
+        raise InputError("tasks are missing or added; plans are not edited", path=path, hint=_HINT)
+    return plan
+
+
+def _plan(document: Mapping[str, Any]) -> Plan:
+    if check_place(document["destination"]):
+        raise ValueError(check_place(document["destination"]))
+    targets = {table["label"]: _target(table) for table in document["targets"]}
+    sources: dict[str, Source] = {}  # one object for all tasks of a source: a third of the memory
+    return Plan(
+        destination=document["destination"],
+        policy=Policy(**document["policy"]),
+        targets=tuple(targets.values()),
+        tasks=tuple(_task(table, targets, sources) for table in document["tasks"]),
+    )
+
+
+def _target(table: Mapping[str, Any]) -> Target:
+    streams = table["streams"]
+    return Target(**{**table, "streams": None if streams is None else tuple(streams)})
+
+
+def _task(table: Mapping[str, Any], targets: Mapping[str, Target], sources: dict[str, Source]) -> Task:
+    source = Source(**table["source"])
+    return Task(
+        **{
+            **table,
+            "source": sources.setdefault(source.uri, source),
+            "target": targets[table["target"]],
+            "losses": tuple(table.get("losses", ())),
+        }
+    )

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Run a plan: give its tasks to an engine, note what the engine lost, count what came of them."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections import deque
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from tumtools.batch.claims import DEFAULT_LEASE, Claims
+from tumtools.batch.ledger import DONE, FAILED, Ledger
+from tumtools.batch.places import is_remote
+from tumtools.batch.plan import by_id
+from tumtools.batch.stores import open_store
+from tumtools.batch.task import BUSY, WORKED, Job, Outcome, failure
+from tumtools.errors import OutputError, TumtoolsError
+from tumtools.staging import remove_stale
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tumtools.batch.engines.engine import Completed, Engine
+    from tumtools.batch.plan import Plan, Task
+
+_LONGEST_PAUSE: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """How to run a plan.
+
+    Attributes:
+        retry: Only tasks that failed.
+        claim: Others run the same plan at the same time: begin anywhere, leave to them what they work on.
+        lease: Seconds after which a claim that is not renewed expires.
+        scratch: Folder for what is staged; None for the system's.
+
+    """
+
+    retry: bool = False
+    claim: bool = False
+    lease: float = DEFAULT_LEASE
+    scratch: Path | None = None
+
+
+def chosen(plan: Plan, options: RunOptions) -> list[Task]:
+    """Return the tasks that a run with these options looks at."""
+    tasks = list(plan.tasks)
+    if options.retry:
+        ledger = Ledger(open_store(plan.destination, options.scratch))
+        entries = ledger.read_all(task.id for task in tasks)
+        tasks = [
+            task
+            for task, entry in zip(tasks, entries, strict=True)
+            if entry is not None and entry.state == FAILED
+        ]
+    if options.claim and tasks:
+        start = random.randrange(len(tasks))  # noqa: S311 - only so that processes do not start at one place
+        tasks = tasks[start:] + tasks[:start]
+    return tasks
+
+
+def run(plan: Plan, tasks: list[Task], engine: Engine, options: RunOptions) -> Iterator[Outcome]:
+    """Run tasks and yield what came of each, as they are done; the engine is shut down in the end.
+
+    Args:
+        plan: The plan that they are of.
+        tasks: As `chosen`.
+        engine: What runs them.
+        options: How.
+
+    Raises:
+        TumtoolsError: The ledger cannot be written.
+
+    """
+    runner = _Runner(plan, engine, options)
+    try:
+        runner.sweep()
+        yield from runner.run(tasks)
+    finally:
+        engine.shutdown()
+        runner.release()
+
+
+class _Runner:
+    def __init__(self, plan: Plan, engine: Engine, options: RunOptions) -> None:
+        self._plan = plan
+        self._engine = engine
+        self._options = options
+        self._store = open_store(plan.destination, options.scratch)
+        self._ledger = Ledger(self._store)
+        self._claims = Claims(self._store, options.lease)
+        self._since = time.time()
+
+    def run(self, tasks: list[Task]) -> Iterator[Outcome]:
+        queue = deque(self._job(task) for task in tasks)
+        while queue:
+            busy: deque[Job] = deque()
+            for outcome, job in self._pass(queue):
+                if outcome.how == BUSY and not self._options.claim:
+                    busy.append(job)
+                else:
+                    yield outcome
+            queue = busy
+            if queue:
+                # Another run, or a worker of another machine that is lost: its claim expires.
+                time.sleep(min(self._options.lease / 4, _LONGEST_PAUSE))
+
+    def sweep(self) -> None:
+        """Remove claims that killed processes left on tasks that are done or no longer planned."""
+        planned = by_id(self._plan)
+        for claim in self._claims.all():
+            if not claim.has_expired():
+                continue
+            entry = self._ledger.read(claim.task)
+            if claim.task not in planned or (entry is not None and entry.state == DONE):
+                self._claims.remove_expired(claim.task)
+
+    def release(self) -> None:
+        """Remove the claims of processes of this machine that are gone: nobody has to wait for them."""
+        with suppress(TumtoolsError):  # they expire by themselves
+            for claim in self._claims.all():
+                if claim.owner.is_dead():
+                    self._claims.remove_expired(claim.task)
+
+    def _job(self, task: Task) -> Job:
+        options = self._options
+        return Job(
+            task, self._plan.destination, self._plan.policy, options.lease, options.scratch, self._since
+        )
+
+    def _pass(self, queue: deque[Job]) -> Iterator[tuple[Outcome, Job]]:
+        """Run each job of a queue once."""
+        jobs = iter(queue)
+        for job in islice(jobs, self._engine.capacity):
+            self._engine.submit(job)
+        for completed in self._engine.as_completed():
+            yield completed.outcome or self._note_loss(completed), completed.job
+            for job in islice(jobs, 1):
+                self._engine.submit(job)
+
+    def _note_loss(self, completed: Completed) -> Outcome:
+        """Note a task whose worker could not."""
+        job, task = completed.job, completed.job.task
+        claim, entry = self._claims.read(task.id), self._ledger.read(task.id)
+        attempts = max(claim.attempt if claim else 0, entry.attempts if entry else 0, 1)
+        noted = failure(job, attempts, completed.reason, time.time())
+        try:
+            self._ledger.write(noted)
+            self._claims.remove_expired(task.id)
+        except OutputError:
+            pass  # the store is out of reach; the failure is reported, and the next run begins the task again
+        if not is_remote(job.destination):
+            target = Path(job.destination, task.output)
+            if target.parent.is_dir():
+                remove_stale(target)
+        return Outcome(task.id, WORKED, noted)

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Where the tasks of a plan stand."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from tumtools.batch.claims import Claim, Claims
+from tumtools.batch.ledger import DONE, SKIPPED, Entry, Ledger
+from tumtools.batch.proof import is_done, is_skipped
+from tumtools.batch.stores import open_store
+from tumtools.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tumtools.batch.plan import Plan, Task
+
+STATES: Final = ("done", "skipped", "failed", "running", "interrupted", "changed", "pending")
+"""`interrupted`: begun by a process that is gone; `changed`: done once, but the output or the source is no
+longer what the ledger says."""
+_THREADS: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """Where a task stands.
+
+    Attributes:
+        task: The task.
+        state: One of `STATES`.
+        entry: What the ledger says, if anything.
+        claim: Who works on it, if anybody.
+
+    """
+
+    task: Task
+    state: str
+    entry: Entry | None = None
+    claim: Claim | None = None
+
+
+def status(plan: Plan, *, full: bool = False) -> Iterator[Standing]:
+    """Yield where each task stands, in the order of the plan.
+
+    Args:
+        plan: The plan.
+        full: Hash all outputs, instead of looking at sizes and times.
+
+    Raises:
+        InputError: The ledger cannot be read.
+
+    """
+    store = open_store(plan.destination)
+    claims = {claim.task: claim for claim in Claims(store).all()}
+    entries = Ledger(store).read_all(task.id for task in plan.tasks)
+
+    def stand(task: Task, entry: Entry | None) -> Standing:
+        claim = claims.get(task.id)
+        if claim is not None and not claim.has_expired():
+            return Standing(task, "running", entry, claim)
+        if entry is None:
+            return Standing(task, "pending" if claim is None else "interrupted", None, claim)
+        if entry.state not in {DONE, SKIPPED}:
+            return Standing(task, entry.state, entry)
+        try:
+            settled = is_done(store, task, entry, full=full) or is_skipped(task, entry)
+        except InputError:
+            settled = False
+        return Standing(task, entry.state if settled else "changed", entry)
+
+    with ThreadPoolExecutor(_THREADS) as pool:
+        yield from pool.map(stand, plan.tasks, entries)

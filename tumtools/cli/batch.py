@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""`tumtools batch`: plan, run, status, retry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from tumtools.cli import batch_options, options
+
+if TYPE_CHECKING:
+    from tumtools.batch.engines.engine import EngineSettings
+
+EXIT_FAILED: Final = 1
+
+
+@click.group(name="batch")
+def command() -> None:
+    """Convert many sequences as a manifest says: on this machine, on several, never twice.
+
+    plan makes tasks of a manifest, run does those that are not done, status tells where they stand.
+    """
+
+
+@command.command(name="plan")
+@click.argument("manifest")
+@click.option("-o", "--output", "plan_file", required=True, metavar="PLAN", help="The plan to write, JSON.")
+@options.json_option
+def plan_command(manifest: str, plan_file: str, as_json: bool) -> None:
+    """Make a plan of MANIFEST: tasks, sizes, and what would be lost. The same manifest, the same plan."""
+    from tumtools.batch.manifest import read_manifest
+    from tumtools.batch.plan import make_plan
+    from tumtools.batch.plan_file import write_plan
+    from tumtools.cli.batch_report import print_plan
+
+    plan = make_plan(read_manifest(Path(manifest)))
+    write_plan(plan, Path(plan_file))
+    print_plan(plan, as_json=as_json)
+
+
+@command.command(name="run")
+@batch_options.run_options
+def run_command(**values: object) -> int:
+    """Do the tasks of PLAN that are not done. Exits with 1 when some failed; run again goes on."""
+    return _run(retry=False, **values)  # type: ignore[arg-type]  # click has checked the types
+
+
+@command.command(name="retry")
+@batch_options.run_options
+def retry_command(**values: object) -> int:
+    """Do those tasks of PLAN again that failed."""
+    return _run(retry=True, **values)  # type: ignore[arg-type]  # click has checked the types
+
+
+def _run(
+    *,
+    retry: bool,
+    plan: str,
+    engine: str,
+    shard: tuple[int, int] | None,
+    claim: bool,
+    lease: float,
+    scratch: str | None,
+    as_json: bool,
+    **settings: object,
+) -> int:
+    from tumtools.batch.engines import create_engine
+    from tumtools.batch.plan_file import read_plan
+    from tumtools.batch.run import RunOptions, chosen, run
+    from tumtools.cli.batch_report import Report, batch_progress
+
+    whole = read_plan(Path(plan))
+    part = whole.shard(*shard) if shard else whole
+    run_options = RunOptions(retry, claim, lease, Path(scratch).absolute() if scratch else None)
+    tasks = chosen(part, run_options)
+    report = Report(whole)
+    with batch_progress(tasks) as progress:
+        for outcome in run(whole, tasks, create_engine(engine, _settings(settings)), run_options):
+            report.add(outcome)
+            progress(outcome)
+    report.show(as_json=as_json)
+    return EXIT_FAILED if report.failed else 0
+
+
+def _settings(values: dict[str, object]) -> EngineSettings:
+    from tumtools.batch.engines.engine import EngineSettings
+
+    return EngineSettings(**values)  # type: ignore[arg-type]  # click has checked the types
+
+
+@command.command(name="status")
+@click.argument("plan")
+@click.option("--full", is_flag=True, help="Hash every output, instead of looking at sizes and times.")
+@options.json_option
+def status_command(plan: str, full: bool, as_json: bool) -> int:
+    """Tell where the tasks of PLAN stand, and why some failed. Exits with 1 when some did."""
+    from tumtools.batch.plan_file import read_plan
+    from tumtools.batch.status import status
+    from tumtools.cli.batch_report import print_status
+
+    return EXIT_FAILED if print_status(list(status(read_plan(Path(plan)), full=full)), as_json=as_json) else 0

@@ -52,7 +52,7 @@ class BagRecording(Recording):
 
     def __init__(self, path: Path, *, salvage: bool = False) -> None:
         self.path = str(path)
-        self._file, self._map = _map_file(path)
+        self._file = _map_file(path)
         self._index = read_index(self._file, salvage=salvage)
         self.warnings = self._index.warnings
         self._channel_of = _channels_of(self._index)
@@ -72,7 +72,6 @@ class BagRecording(Recording):
 
         """
         entries = self._select(channels, start, end)
-        done = 0
         with closing(_Contents(self._file, self._index.chunks, entries["chunk"])) as contents:
             for time, chunk, offset, number in entries.tolist():
                 block = contents[chunk]
@@ -86,10 +85,6 @@ class BagRecording(Recording):
                         f"the index says that a message of connection {number} is here", offset
                     )
                 yield RawMessage(self._channel_of[number], time, record.data)
-                done += len(record.data)
-                if done > _RELEASE_BYTES and self._map is not None:
-                    self._map.madvise(mmap.MADV_DONTNEED)  # pages that are read again come back by themselves
-                    done = 0
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
         """Return the log times of a channel, from the index."""
@@ -99,7 +94,6 @@ class BagRecording(Recording):
     def close(self) -> None:
         """Release the file. Views that were handed out stay valid."""
         self._file = Block(self.path, memoryview(b""))
-        self._map = None
 
     def _select(
         self, channels: Collection[Channel], start: int | None, end: int | None
@@ -135,7 +129,21 @@ class BagRecording(Recording):
         return None, None
 
 
-def _map_file(path: Path) -> tuple[Block, mmap.mmap | None]:
+class _Pages:
+    """Gives the pages of a mapped file back from time to time; those that are read again come back."""
+
+    def __init__(self, mapped: mmap.mmap) -> None:
+        self._map = mapped
+        self._passed = 0
+
+    def passed(self, nbytes: int) -> None:
+        self._passed += nbytes
+        if self._passed > _RELEASE_BYTES:
+            self._map.madvise(mmap.MADV_DONTNEED)
+            self._passed = 0
+
+
+def _map_file(path: Path) -> Block:
     try:
         descriptor = os.open(path, os.O_RDONLY)
     except FileNotFoundError as error:
@@ -144,13 +152,13 @@ def _map_file(path: Path) -> tuple[Block, mmap.mmap | None]:
         raise InputError(f"cannot be opened: {error.strerror}", path=path) from error
     try:
         if not os.fstat(descriptor).st_size:
-            return Block(str(path), memoryview(b"")), None
+            return Block(str(path), memoryview(b""))
         mapped = mmap.mmap(descriptor, 0, access=mmap.ACCESS_READ)
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read: {error}", path=path) from error
     finally:
         os.close(descriptor)
-    return Block(str(path), memoryview(mapped)), mapped
+    return Block(str(path), memoryview(mapped), passed=_Pages(mapped).passed)
 
 
 def _channels_of(index: BagIndex) -> dict[int, Channel]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from tumtools.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 MAGIC: Final = b"#ROSBAG V2.0\n"
 BAG_HEADER_SIZE: Final = 4096
@@ -37,6 +37,10 @@ _NUMBERS: Final = {1: struct.Struct("<B"), 4: struct.Struct("<I"), 8: struct.Str
 _TIME: Final = struct.Struct("<II")
 
 
+def _ignore(nbytes: int) -> None:
+    """Nobody wants to know."""
+
+
 @dataclass(frozen=True, slots=True)
 class Block:
     """Bytes that records are in: the file, or the content of a chunk.
@@ -45,12 +49,14 @@ class Block:
         path: The file.
         data: The bytes.
         chunk: Offset of the chunk in the file, or None for the file itself.
+        passed: Of the file: told of how many bytes have been passed, so that their memory can be given back.
 
     """
 
     path: str
     data: memoryview
     chunk: int | None = None
+    passed: Callable[[int], None] = _ignore
 
     def damage(self, message: str, offset: int) -> InputError:
         """Return the error for damage at this offset of the block."""

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,9 +61,12 @@ def command(
 ) -> int:
     """Check each SOURCE: files, stamps, images, depth, ground truth, accelerometer, container.
 
+    A folder that is no sequence stands for all sequences, recordings and archives in it.
+
     Exits with 0 when there is nothing at or above --fail-on, else with 1. `tumtools rules` explains.
     """
     from tumtools.validate import baseline as baselines
+    from tumtools.validate.discover import discover
     from tumtools.validate.engine import Report, validate
     from tumtools.validate.reports import render
 
@@ -70,7 +74,7 @@ def command(
     known = baselines.read(Path(baseline)) if baseline else frozenset()
     read_options = options.make_read_options(topics, salvage)
     results: list[Result] = []
-    for source in sources:
+    for source in chain.from_iterable(map(discover, sources)):
         with output.progress_bar(source, _frames(source)) as bar:
             result = validate(source, settings, full=full, options=read_options, jobs=jobs, progress=bar)
         results.append(baselines.accept(result, known))

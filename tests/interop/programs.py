@@ -24,11 +24,10 @@ def missing(what: str) -> None:
 
 
 def program(name: str, variable: str | None = None) -> str:
-    """Return the path of a program, named by an environment variable or found on the PATH."""
-    named = os.environ.get(variable) if variable else None
-    found = shutil.which(named or name)
+    """Return the path of a program, in the folder that a variable names or on the PATH."""
+    found = shutil.which(name, path=os.environ.get(variable) if variable else None)
     if found is None:
-        missing(named or name)
+        missing(name)
     return str(found)
 
 

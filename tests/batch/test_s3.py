@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""Sources, outputs and the ledger in a bucket whose server fails one request in ten."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import importlib.util
+import json
+import shutil
+import tarfile
+import threading
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.batch import batches
+from tests.batch.batches import FIXTURES, FOUR_TARGETS, Batch, hashes
+from tests.batch.s3_server import BUCKET, Flaky, s3_server
+from tests.interop.programs import missing
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+pytestmark = pytest.mark.interop
+
+
+@pytest.fixture
+def server(monkeypatch: pytest.MonkeyPatch) -> Iterator[Flaky]:
+    with s3_server(0.1) as (application, environment):
+        monkeypatch.setattr(batches, "ENVIRONMENT", batches.ENVIRONMENT | environment)
+        yield application
+
+
+def manifest(folder: Path, source: str, destination: str) -> Batch:
+    batch = Batch(folder, targets=FOUR_TARGETS)
+    (folder / "manifest.toml").write_text(
+        f'destination = "{destination}"\n[[source]]\npath = "{source}"\n{FOUR_TARGETS}'
+    )
+    return batch
+
+
+def upload(folder: Path, prefix: str) -> None:
+    from tumtools.batch.stores.remote import RemoteStore
+
+    with RemoteStore(f"s3://{BUCKET}").output(prefix) as place:
+        shutil.copytree(folder, place)
+
+
+def test_a_bucket_gets_the_same_bytes_as_a_folder(tmp_path: Path, server: Flaky) -> None:
+    from tumtools.batch.stores.remote import download
+
+    for name in ("remote", "local"):
+        (tmp_path / name).mkdir()
+    local = Batch(tmp_path / "local", sources=3, targets=FOUR_TARGETS)
+    upload(tmp_path / "local" / "data", "in/data")
+    remote = manifest(tmp_path / "remote", f"s3://{BUCKET}/in/data/*", f"s3://{BUCKET}/out")
+    assert len(remote.plan()) == 12
+    scratch = tmp_path / "scratch"
+    words = ("batch", "run", "plan.json", "--json", "--claim", "--workers", "1", "--scratch", str(scratch))
+    processes = [remote.start(*words) for _ in range(3)]
+    printed = [process.communicate(timeout=200) for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, 0], printed
+    assert sum(json.loads(stdout)["counts"]["done"] for stdout, _ in printed) == 12
+    assert list(scratch.iterdir()) == []
+    assert remote.run()["done before"] == 12
+    assert remote.status("--full") == {"done": 12}
+    assert server.failed > 20
+
+    local.plan()
+    local.run()
+    with download(f"s3://{BUCKET}/out", tmp_path) as copy:
+        assert hashes(copy) == local.tree()
+        left = [path for path in copy.rglob("*") if "claims" in path.parts and path.is_file()]
+        assert left == []
+        records = "".join(path.read_text() for path in copy.glob(".tumtools/ledger/*/*.json"))
+    assert records.count('"state": "done"') == 12
+    for secret in ("the-secret-key", "the-key-id"):
+        assert secret not in records + remote.plan_file.read_text()
+
+
+def test_what_was_changed_in_the_bucket_is_done_again(tmp_path: Path, server: Flaky) -> None:
+    import obstore
+    from obstore.store import from_url
+
+    batch = Batch(tmp_path, destination=f"s3://{BUCKET}/again")
+    batch.plan()
+    assert batch.run()["done"] == 1
+    obstore.put(from_url(f"s3://{BUCKET}"), "again/full_0/full_0.mcap", b"something else")
+    assert batch.status() == {"changed": 1}
+    assert batch.run()["done"] == 1
+    assert batch.status("--full") == {"done": 1}
+
+
+def test_claims_in_a_bucket_are_exclusive(server: Flaky) -> None:
+    from tumtools.batch.claims import Claims
+    from tumtools.batch.stores.remote import RemoteStore
+
+    claims = Claims(RemoteStore(f"s3://{BUCKET}/claims"))
+    for _ in range(5):
+        with claims.hold("0123", 0) as first:
+            assert first is not None
+            assert first.renew()
+            with claims.hold("0123", 0) as second:
+                assert second is None
+    assert list(claims.all()) == []
+
+
+def test_a_source_on_the_web(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if importlib.util.find_spec("obstore") is None:
+        missing("obstore")
+    (tmp_path / "web").mkdir()
+    with tarfile.open(tmp_path / "web" / "full.tgz", "w:gz") as archive:
+        archive.add(FIXTURES / "full", "full")
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=tmp_path / "web")
+    monkeypatch.setattr(http.server.SimpleHTTPRequestHandler, "log_message", lambda *_: None)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            batch = manifest(tmp_path, f"http://127.0.0.1:{server.server_port}/full.tgz", "out")
+            batch.plan()
+            assert batch.run()["done"] == 4
+            assert batch.run()["done before"] == 4
+            assert batch.strays() == []
+        finally:
+            server.shutdown()
+            thread.join()

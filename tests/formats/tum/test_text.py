@@ -105,6 +105,7 @@ def test_a_list_of_images_is_rendered_to_the_same_bytes(file: tuple[bytes, int])
 
 @given(text_files(3))
 @example((b"1.000000 0.0 0.0 0.0\r\n2.000000 0.0 0.0 0.0\r", 2))
+@example((b"0.000000 0.0 0.0 0.0\n0.000000001 0.0 0.0 0.0\n", 2))
 def test_a_fitted_layout_prints_the_same_bytes(file: tuple[bytes, int]) -> None:
     data, _ = file
     assume(not _ends_lines_with_cr(data))

@@ -145,7 +145,7 @@ def _parse_uniform(data: bytes, stream: str) -> Table | None:
         rendered = render(layout, stream, stamps, values)
     except ValueError:
         return None
-    if rendered != data:
+    if rendered != data or _finer(layout, stamps).any():
         return None
     first = layout.head.count("\n") + 1
     return Table(stamps, values, names, np.arange(first, first + rows), layout)
@@ -282,7 +282,13 @@ def _overrides(
     rows = [row + layout.newline[:-1] for row in render_rows(layout, stream, stamps, values)]
     if not layout.final_newline:
         rows[-1] = rows[-1].removesuffix(layout.newline[:-1])
-    return {number: text for number, (row, text) in enumerate(zip(rows, raw, strict=True)) if row != text}
+    # Rows with more decimals than the first are literal, so that they do not decide how all are printed.
+    finer = _finer(layout, stamps).tolist()
+    return {
+        number: text
+        for number, (row, text, fine) in enumerate(zip(rows, raw, finer, strict=True))
+        if fine or row != text
+    }
 
 
 def render_rows(
@@ -325,9 +331,13 @@ def render(
     return (layout.head + body + layout.tail).encode("utf-8", "surrogateescape")
 
 
+def _finer(layout: TextLayout, stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """Tell which stamps need more decimals than the layout has."""
+    return stamps % 10 ** (MAX_DECIMALS - layout.stamp_decimals) != 0
+
+
 def _plain(layout: TextLayout, stamps: npt.NDArray[np.int64]) -> bool:
-    unit = 10 ** (MAX_DECIMALS - layout.stamp_decimals)
-    return not (stamps % unit).any() and not (stamps < 0).any() and layout.stamp_decimals > 0
+    return not _finer(layout, stamps).any() and not (stamps < 0).any() and layout.stamp_decimals > 0
 
 
 def _render_uniform(

@@ -333,7 +333,8 @@ def render(
 
 def _finer(layout: TextLayout, stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
     """Tell which stamps need more decimals than the layout has."""
-    return stamps % 10 ** (MAX_DECIMALS - layout.stamp_decimals) != 0
+    finer: npt.NDArray[np.bool_] = stamps % 10 ** (MAX_DECIMALS - layout.stamp_decimals) != 0
+    return finer
 
 
 def _plain(layout: TextLayout, stamps: npt.NDArray[np.int64]) -> bool:

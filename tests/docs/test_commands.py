@@ -31,6 +31,14 @@ def commands(page: Path) -> list[str]:
     return [line for line in lines if line.startswith("tumtools ")]
 
 
+def write_files(page: Path, folder: Path) -> None:
+    """Write the TOML files that a page shows: blocks whose first line is a comment with the file's name."""
+    for name, text in re.findall(
+        r"^```toml\n# (\w+\.toml)\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL
+    ):
+        (folder / name).write_text(text)
+
+
 def folder_with_sequences(folder: Path) -> dict[str, str]:
     """Make the sequences and trajectories that pages name; return the environment with their cache."""
     names = ("rgbd_dataset_freiburg1_rpy", "rgbd_dataset_freiburg1_desk")
@@ -46,6 +54,7 @@ def folder_with_sequences(folder: Path) -> dict[str, str]:
 @pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem)
 def test_commands_of_a_page_run(page: Path, tmp_path: Path) -> None:
     environment = folder_with_sequences(tmp_path)
+    write_files(page, tmp_path)
     for line in commands(page):
         words = shlex.split(line, comments=True)[1:]
         if words[0] in NEEDS_NETWORK:

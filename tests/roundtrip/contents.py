@@ -207,7 +207,7 @@ CONTENTS: Final[dict[str, Callable[[Path], Sequence]]] = {
     "ground truth only": _made(_signals_only, poses=True),
     "accelerometer only": _made(_signals_only, poses=False),
     "no ground truth": _made(
-        Memory, {"rgb": _times(), "depth": _times()}, accelerometer=accelerometer(START)
+        _memory, {"rgb": _times(), "depth": _times()}, accelerometer=accelerometer(START)
     ),
     "images that repeat a stamp, the same pixels": _made(_repeated, same_pixels=True),
     "images that repeat a stamp, other pixels": _made(_repeated, same_pixels=False),

@@ -19,7 +19,6 @@ from tumtools.model.image import ENCODINGS
 from tumtools.sources import open_source
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from tests.roundtrip.variants import Chain, Variant
@@ -34,6 +33,7 @@ class Outcome:
 
     Attributes:
         steps: Losses of each step, empty if there were none.
+        asked: (stream, what) of differences that the options ask for.
         images: Pairs of images compared.
         pixels: Pixels compared.
         nbytes: Bytes of pixels and rows compared.
@@ -44,6 +44,17 @@ class Outcome:
     images: int
     pixels: int
     nbytes: int
+    asked: frozenset[tuple[str, str]] = frozenset()
+
+    def __add__(self, other: Outcome) -> Outcome:
+        """Return the outcome of two steps, one after the other."""
+        return Outcome(
+            self.steps + other.steps,
+            self.images + other.images,
+            self.pixels + other.pixels,
+            self.nbytes + other.nbytes,
+            self.asked | other.asked,
+        )
 
 
 def run(chain: Chain, first: Path, folder: Path) -> Outcome:
@@ -58,38 +69,27 @@ def run(chain: Chain, first: Path, folder: Path) -> Outcome:
         AssertionError: Something was lost without being reported, or reported without being expected.
 
     """
-    steps: list[tuple[Loss, ...]] = []
-    images = pixels = nbytes = 0
+    outcome = Outcome((), 0, 0, 0)
     source = first
     for number, variant in enumerate(chain[1:], 1):
         target = folder / str(number) / f"sequence{variant.suffix}"
-        losses, compared = step(source, target, variant)
-        steps.append(losses)
-        images, pixels, nbytes = images + compared[0], pixels + compared[1], nbytes + compared[2]
+        with open_source(source) as before:
+            outcome += write_and_check(before, target, variant)
         source = target
-    if len(chain) > 1 and chain[0] == chain[-1] and not any(steps):
+    if chain[0] == chain[-1] and not any(outcome.steps) and not outcome.asked:
         with open_source(first) as before, open_source(source) as after:
-            if not any(_asked(chain, before)):
-                assert digest(before, jobs=1) == digest(after, jobs=1)
-                assert diff(before, after, jobs=1).differences == ()
-    return Outcome(tuple(steps), images, pixels, nbytes)
+            assert digest(before, jobs=1) == digest(after, jobs=1)
+            assert diff(before, after, jobs=1).differences == ()
+    return outcome
 
 
-def _asked(chain: Chain, sequence: Sequence) -> Iterator[tuple[str, str]]:
-    for variant in chain[1:]:
-        yield from expected(variant, sequence).asked
+def write_and_check(before: Sequence, target: Path, variant: Variant) -> Outcome:
+    """Convert once and check the result.
 
+    Raises:
+        AssertionError: Something was lost without being reported, or reported without being expected.
 
-def step(source: Path, target: Path, variant: Variant) -> tuple[tuple[Loss, ...], tuple[int, int, int]]:
-    """Convert once and check the result; return the losses, and images, pixels and bytes compared."""
-    with open_source(source) as before:
-        return write_and_check(before, target, variant)
-
-
-def write_and_check(
-    before: Sequence, target: Path, variant: Variant
-) -> tuple[tuple[Loss, ...], tuple[int, int, int]]:
-    """As `step`, for a sequence that is open."""
+    """
     wanted = expected(variant, before)
     report = convert(before, target, variant.format, variant.write_options)
     assert report.verified
@@ -97,8 +97,8 @@ def write_and_check(
     assert sorted(map(str, found)) == sorted(map(str, wanted.losses.elements()))
     with open_source(target) as after:
         assert after.info.not_carried == (), "it wrote what it does not read"
-        compared = check_same(before, after, wanted)
-    return report.losses, compared
+        images, pixels, nbytes = check_same(before, after, wanted)
+    return Outcome((report.losses,), images, pixels, nbytes, wanted.asked)
 
 
 def check_same(before: Sequence, after: Sequence, wanted: Expected) -> tuple[int, int, int]:

@@ -106,10 +106,11 @@ class TrajectoryFile(Sequence):
         table = parse(path.read_bytes(), "groundtruth", str(path), tolerant=tolerant)
         self.table = table
         self.groundtruth = _trajectory(table)
+        name = name_in_headers([table.layout.head]) or path.stem
         self.info = SequenceInfo(
-            name=path.stem,
+            name=name,
             format="tum",
-            camera=camera_of_name(path.name),
+            camera=camera_of_name(name),
             text={"groundtruth": table.layout},
             warnings=tuple(_header_warnings(table, str(path))),
         )

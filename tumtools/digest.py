@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.images.codec import canonical, pixels_of
+from tumtools.images.depth import divided
 from tumtools.images.parallel import ordered_map
 
 if TYPE_CHECKING:
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from tumtools.model.sequence import Frame, Sequence
 
 VERSION: Final = 1
+_MAGNITUDE: Final = np.uint32(0x7FFFFFFF)
+_INFINITY: Final = np.uint32(0x7F800000)
+"""Bits of float32: all but the sign, and those of infinity, above which is NaN."""
 _PREFIX: Final = f"tumtools-digest {VERSION}\n"
 
 
@@ -68,11 +71,6 @@ class Digest:
         return hashlib.sha256((_PREFIX + "".join(lines)).encode()).hexdigest()
 
 
-@lru_cache(maxsize=8)
-def _metre_table(units_per_metre: float) -> npt.NDArray[np.float32]:
-    return (np.arange(65_536) / units_per_metre).astype("<f4")
-
-
 def canonical_pixels(image: Image) -> tuple[str, npt.NDArray[np.generic]]:
     """Return the kind and the pixels that represent an image in the digest.
 
@@ -83,9 +81,10 @@ def canonical_pixels(image: Image) -> tuple[str, npt.NDArray[np.generic]]:
         ordered, encoding = canonical(pixels, image.encoding)
         return encoding, ordered
     if image.encoding == "32FC1":
-        metres = np.where(np.isnan(pixels.view("<f4")), np.float32(0), pixels)
-        return "depth", metres.astype("<f4") + np.float32(0)  # -0.0 becomes 0.0
-    return "depth", _metre_table(image.depth_units_per_metre)[pixels]
+        bits = np.ascontiguousarray(pixels, "<f4").view("<u4")
+        numbers = bits * ((bits & _MAGNITUDE) <= _INFINITY)  # NaN becomes 0
+        return "depth", numbers.view("<f4") + np.float32(0)  # -0.0 becomes 0.0
+    return "depth", divided(pixels.astype(np.uint16, copy=False), image.depth_units_per_metre)
 
 
 def pixel_digest(image: Image) -> bytes:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tumtools.images.depth import EXACT, Rounding, rescale_counts, to_counts, to_metres
+from tumtools.images.depth import EXACT, Rounding, divided, rescale_counts, to_counts, to_metres
 
 ALL = np.arange(65_536, dtype=np.uint16).reshape(256, 256)
 
@@ -80,3 +80,13 @@ def test_counts_that_overflow_are_clipped() -> None:
 
 def test_roundings_add_up() -> None:
     assert Rounding(1, 2, 0.5) + Rounding(3, 4, 0.25) == Rounding(4, 6, 0.5)
+
+
+@pytest.mark.parametrize("units", [5000.0, 1000.0, 1.0, 100.0, 4096.0, 999.0, 0.5, 6553.5, 0.1, 1 / 3])
+def test_scaling_is_one_division_in_float64_for_every_count(units: float) -> None:
+    """Division in float32 is used where it is the same."""
+    counts = np.arange(65_536, dtype=np.uint16)
+    wanted = (counts.astype(np.float64) / units).astype(np.float32)
+    assert np.array_equal(divided(counts, units), wanted)
+    assert np.array_equal(to_metres(counts, units)[1:], wanted[1:])
+    assert np.isnan(to_metres(counts, units)[0])

@@ -16,19 +16,32 @@ import numpy as np
 import numpy.typing as npt
 
 _COUNTS = 65_536
+_QUIET_NAN = np.uint32(0x7FC00000)
 
 
 @lru_cache(maxsize=8)
-def _metres_of_counts(units_per_metre: float) -> npt.NDArray[np.float32]:
+def _metre_table(units_per_metre: float) -> npt.NDArray[np.float32]:
     table = (np.arange(_COUNTS) / units_per_metre).astype(np.float32)
-    table[0] = np.nan
     table.flags.writeable = False
     return table
 
 
+def divided(counts: npt.NDArray[np.uint16], units_per_metre: float) -> npt.NDArray[np.float32]:
+    """Return counts / units as if divided in float64 and rounded to float32. Any shape."""
+    units = np.float32(units_per_metre)
+    if float(units) != units_per_metre:
+        return _metre_table(units_per_metre)[counts]
+    # Both operands are exact in float32, and float64 has more than twice its digits and two, so rounding
+    # twice gives what rounding once does (Figueroa 1995); this is many times faster than a table.
+    return np.divide(counts, units, dtype=np.float32)
+
+
 def to_metres(counts: npt.NDArray[np.uint16], units_per_metre: float) -> npt.NDArray[np.float32]:
     """Return metres as float32, NaN where the count is 0. Any shape."""
-    return _metres_of_counts(units_per_metre)[counts]
+    metres = divided(counts, units_per_metre)
+    bits = metres.view(np.uint32)
+    bits |= (counts == 0) * _QUIET_NAN  # 0.0 has no bits set; ten times faster than a masked copy
+    return metres
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +87,7 @@ def to_counts(
         valid = np.isfinite(metres) & (metres != 0)
         inside = valid & (scaled >= 0) & (scaled < _COUNTS)
         counts = np.where(inside, scaled, 0).astype(np.uint16)
-    back = _metres_of_counts(units_per_metre)[counts]
+    back = to_metres(counts, units_per_metre)
     changed = inside & (back != metres)
     # A reading that rounds to 0 has become "no reading"; its error is its own size.
     back = np.where(counts == 0, np.float32(0), back)
@@ -94,7 +107,7 @@ def _exact_counts(metres: npt.NDArray[np.float32], units_per_metre: float) -> np
     np.fmax(scaled, np.float32(0), out=scaled)  # NaN becomes 0, too
     np.fmin(scaled, np.float32(_COUNTS - 1), out=scaled)
     counts = scaled.astype(np.uint16)
-    back = _metres_of_counts(units_per_metre)[counts]
+    back = to_metres(counts, units_per_metre)
     same = np.array_equal(back.view(np.uint32), np.ascontiguousarray(metres).view(np.uint32))
     return counts if same else None
 

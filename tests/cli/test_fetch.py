@@ -133,6 +133,32 @@ def test_an_unknown_name_downloads_nothing(cli: Cli) -> None:
     assert cli.place.server.requests == []
 
 
+def test_a_fetched_sequence_needs_its_catalogue_no_more(cli: Cli) -> None:
+    assert cli("fetch", "mini/one") == 0
+    (cli.place.folder / "config" / "tumtools" / "catalogue.json").unlink()
+    assert cli("fetch", "mini/one", "--offline") == 0
+    assert "was there" in cli.out
+    assert cli("fetch", "mini/two") == 2
+    assert "--catalogue FILE adds your own" in cli.err
+
+
+def test_an_interrupted_download_says_that_it_goes_on(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tumtools.fetch.fetch_all", interrupt)
+    assert cli("fetch", "mini/one") == 130
+    assert "what has come is kept: the same command goes on from there" in cli.err
+
+
+def test_a_cache_that_cannot_be_written_says_what_to_do(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    (cli.place.folder / "file").touch()
+    monkeypatch.setenv("TUMTOOLS_CACHE", str(cli.place.folder / "file"))
+    assert cli("fetch", "mini/one") == 4
+    assert "cannot be locked: Not a directory" in cli.err
+    assert "TUMTOOLS_CACHE names another folder" in cli.err
+
+
 def test_a_kind_that_a_sequence_does_not_have(cli: Cli) -> None:
     assert cli("fetch", "mini/one", "--format", "bag") == 2
     assert "the catalogue knows no bag file of mini/one" in cli.err
@@ -151,6 +177,13 @@ def test_list_marks_what_is_fetched(cli: Cli) -> None:
         "fr2/xyz",
         "fr2/rpy",
     ]
+
+
+def test_a_list_of_nothing_says_what_there_is(cli: Cli) -> None:
+    assert cli("list", "--camera", "fr9") == 0
+    assert cli.out == ""
+    assert "the cameras fr1, fr2, fr3" in cli.err
+    assert "Handheld SLAM" in cli.err
 
 
 def test_info_of_a_sequence_that_is_not_here_shows_the_catalogue(cli: Cli) -> None:
@@ -189,6 +222,10 @@ def test_cache_list_verify_and_prune(cli: Cli) -> None:
     assert "mini_one/rgb/1305031102.175304.png has changed" in cli.err
     assert "mini_two/rgb.txt is missing" in cli.err
     assert cli("cache", "verify", "mini/two") == 5
+    assert [s["error"] for s in cli.json("cache", "verify")["sequences"]] == [
+        "mini_one/rgb/1305031102.175304.png has changed",
+        "mini_two/rgb.txt is missing",
+    ]
 
     assert cli("cache", "prune", "--dry-run") == 0
     assert "would remove leftovers of mini_two" in cli.out

@@ -105,10 +105,24 @@ def test_vv_shows_where_an_error_arose(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_a_reader_of_the_pipe_that_goes_away_is_no_error() -> None:
-    pipe = f"{sys.executable} -m tumtools digest --deep {FULL} | head -1"
+    pipe = f"set -o pipefail; {sys.executable} -m tumtools digest --deep {FULL} | head -1"
     done = subprocess.run(["bash", "-c", pipe], capture_output=True, text=True, check=True)
     assert done.stderr == ""
     assert json.loads(done.stdout)["stream"] == "rgb"
+
+
+def test_a_pipe_without_a_reader_is_no_finding(tmp_path: Path) -> None:
+    with subprocess.Popen(["true"], stdin=subprocess.PIPE) as gone:
+        gone.wait()
+        assert gone.stdin is not None
+        done = subprocess.run(
+            [sys.executable, "-m", "tumtools", "digest", str(FULL)],
+            stdout=gone.stdin,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_no_color_is_honoured(monkeypatch: pytest.MonkeyPatch) -> None:

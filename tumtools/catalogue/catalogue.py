@@ -69,7 +69,9 @@ class Catalogue:
         near = self.suggest(name)
         raise UnknownNameError(
             f"no sequence is called {name!r}",
-            hint=f"did you mean {' or '.join(near)}?" if near else "`tumtools list` shows all names",
+            hint=f"did you mean {' or '.join(near)}?"
+            if near
+            else "`tumtools list` shows all names; --catalogue FILE adds your own",
         )
 
     def suggest(self, name: str) -> tuple[str, ...]:

@@ -58,21 +58,28 @@ def list_(as_json: bool) -> None:
 
 @command.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
-def verify(names: tuple[str, ...]) -> int:
+@options.json_option
+def verify(names: tuple[str, ...], as_json: bool) -> int:
     """Compare what is in the cache with the checksums noted when it was fetched."""
     from tumtools.errors import IntegrityError
 
     cache = _cache()
     records = _records(cache, names)
     worst = 0
+    documents: list[dict[str, object]] = []
     for record in records:
+        problem = None
         try:
             cache.verify(record)
         except IntegrityError as error:
             output.error(str(error))
-            worst = error.exit_code
+            worst, problem = error.exit_code, error.message
         else:
-            click.echo(f"{record.entry.label}: as it was fetched")
+            if not as_json:
+                click.echo(f"{record.entry.label}: as it was fetched")
+        documents.append({"name": record.entry.name, "short": record.entry.label, "error": problem})
+    if as_json:
+        output.print_json({"root": str(cache.root), "sequences": documents})
     return worst
 
 

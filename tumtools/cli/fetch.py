@@ -7,7 +7,7 @@ from __future__ import annotations
 import click
 
 from tumtools.catalogue.entry import SUFFIXES
-from tumtools.cli import options
+from tumtools.cli import options, output
 
 
 @click.command(name="fetch")
@@ -69,9 +69,11 @@ def command(
     from tumtools.cli.outcomes import show_outcomes
     from tumtools.cli.progress import fetch_progress
     from tumtools.fetch import FetchOptions, Patience, fetch_all
+    from tumtools.fetch.cache import Cache
 
-    catalogue = load_catalogue(catalogue_file)
-    entries = [catalogue.get(name) for name in names]
+    catalogue, there = load_catalogue(catalogue_file), Cache().catalogue()
+    # A sequence of the user's own catalogue is known by name once it was fetched.
+    entries = [catalogue.find(name) or there.find(name) or catalogue.get(name) for name in names]
     fetch_options = FetchOptions(
         kind=kind,
         dest=options.path_or_none(dest),
@@ -83,7 +85,11 @@ def command(
         jobs=jobs,
         patience=Patience(connect_timeout=min(timeout, 10.0), read_timeout=timeout, retries=retries),
     )
-    with fetch_progress() as report:
-        outcomes = fetch_all(entries, fetch_options, report)
+    try:
+        with fetch_progress() as report:
+            outcomes = fetch_all(entries, fetch_options, report)
+    except KeyboardInterrupt:
+        output.message("what has come is kept: the same command goes on from there")
+        raise
     show_outcomes(outcomes, as_json=as_json)
     return max((outcome.error.exit_code for outcome in outcomes if outcome.error), default=0)

@@ -28,7 +28,8 @@ def command(
     from tumtools.catalogue import load_catalogue
     from tumtools.fetch.cache import Cache
 
-    entries = load_catalogue(catalogue_file).filter(camera, category, kind)
+    catalogue = load_catalogue(catalogue_file)
+    entries = catalogue.filter(camera, category, kind)
     fetched = {entry.name for entry in Cache().catalogue()}
     if as_json:
         from tumtools.cli.entry import entry_document
@@ -36,9 +37,18 @@ def command(
         documents = [{"fetched": entry.name in fetched, **entry_document(entry)} for entry in entries]
         output.print_json({"sequences": documents})
         return
-    rows = [_row(entry, entry.name in fetched) for entry in entries]
-    output.print_table(rows, ("", "name", "kind", "category", "size", "duration", "images"))
+    if entries:
+        rows = [_row(entry, entry.name in fetched) for entry in entries]
+        output.print_table(rows, ("", "name", "kind", "category", "size", "duration", "images"))
+    else:
+        cameras = sorted({entry.camera for entry in catalogue if entry.camera})
+        categories = sorted({_heading(entry) for entry in catalogue if entry.category})
+        output.message(f"there are the cameras {', '.join(cameras)}; the categories {', '.join(categories)}")
     output.message(f"{len(entries)} sequences")
+
+
+def _heading(entry: Entry) -> str:
+    return (entry.category or "-").partition(" (")[0]
 
 
 def _row(entry: Entry, fetched: bool) -> tuple[str, ...]:
@@ -48,7 +58,7 @@ def _row(entry: Entry, fetched: bool) -> tuple[str, ...]:
         "*" if fetched else " ",
         entry.label,
         entry.kind,
-        (entry.category or "-").partition(" (")[0],
+        _heading(entry),
         output.size(file.bytes) if file and file.bytes is not None else "-",
         f"{duration:.1f} s" if duration is not None else "-",
         str(entry.frames["rgb"]) if "rgb" in entry.frames else "-",

@@ -100,7 +100,7 @@ def run(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, click.exceptions.Abort):  # click makes the second of the first
         output.message("interrupted; nothing half-written was left behind")
         return EXIT_INTERRUPTED
-    except BrokenPipeError:
+    except (BrokenPipeError, SystemExit):  # click exits with 1 by itself when it cannot print; only then
         # The reader of a pipe has gone, as in `tumtools info x | head -1`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

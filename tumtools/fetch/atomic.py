@@ -69,7 +69,11 @@ def exclusive(path: Path, on_wait: Callable[[], None] | None = None, *, wait: bo
             path.parent.mkdir(parents=True, exist_ok=True)
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
     except OSError as error:
-        raise OutputError(f"cannot be locked: {error.strerror}", path=path) from error
+        raise OutputError(
+            f"cannot be locked: {error.strerror}",
+            path=path,
+            hint="TUMTOOLS_CACHE names another folder for the cache, --dest one for this download",
+        ) from error
     try:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -24,6 +24,12 @@ _NANOSECONDS_PER_TICK: Final = 100
 
 _INT64_LIMIT: Final = 2**63
 _MAX_EXPONENT: Final = 30
+_OTHER_UNITS: Final = {
+    13: ", rather milliseconds: divide by 1e3",
+    16: ", rather microseconds: divide by 1e6",
+    19: ", rather nanoseconds: divide by 1e9",
+}
+"""What a stamp of our days may be instead of seconds, by the digits before its point."""
 _NUMBER = re.compile(r"([+-]?)(\d{0,40})(?:\.(\d{0,40}))?(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
 
 
@@ -49,7 +55,8 @@ def parse_stamp(text: str) -> int:
         raise ValueError(msg)
     stamp = digits * 10**power if power >= 0 else _divide_half_even(digits, 10**-power)
     if stamp >= _INT64_LIMIT:
-        msg = f"beyond the year 2262, not seconds since 1970: {text!r}"
+        unit = _OTHER_UNITS.get(len(whole.lstrip("0")) if not exponent else 0, "")
+        msg = f"beyond the year 2262, not seconds since 1970{unit}: {text!r}"
         raise ValueError(msg)
     return -stamp if sign == "-" else stamp
 

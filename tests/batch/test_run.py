@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections import Counter
+from importlib.metadata import EntryPoint, EntryPoints
 from typing import TYPE_CHECKING
 
 import pytest
@@ -14,16 +15,19 @@ import pytest
 from tests.batch.batches import FIXTURES
 from tumtools.batch.claims import Claims
 from tumtools.batch.engines import create_engine
-from tumtools.batch.engines.engine import EngineSettings
+from tumtools.batch.engines.engine import Completed, EngineSettings
+from tumtools.batch.engines.inline import InlineEngine
 from tumtools.batch.ledger import Entry, Ledger
 from tumtools.batch.manifest import read_manifest
 from tumtools.batch.plan import Plan, make_plan
 from tumtools.batch.run import RunOptions, chosen, run
 from tumtools.batch.status import status
 from tumtools.batch.stores import open_store
-from tumtools.errors import UsageError
+from tumtools.batch.stores.local import LocalStore
+from tumtools.errors import FetchError, OutputError, UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 
@@ -167,6 +171,68 @@ def test_shards_are_all_of_the_plan_once(folder: Path) -> None:
     assert run_inline(plan) == {"kept done": 3}
 
 
-def test_an_unknown_engine_is_refused() -> None:
-    with pytest.raises(UsageError, match="no engine 'ray'"):
-        create_engine("ray", EngineSettings())
+def test_outputs_stay_when_their_sources_are_out_of_reach(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+
+    def fail(source: object) -> None:
+        raise FetchError("no route to host")
+
+    monkeypatch.setattr("tumtools.batch.proof.measure_source", fail)
+    assert run_inline(plan) == {"kept done": 3}
+
+
+class LosesAnswers(InlineEngine):
+    """Does the work, and tells that the worker was lost."""
+
+    def as_completed(self) -> Iterator[Completed]:
+        for completed in super().as_completed():
+            yield Completed(completed.job, None, "lost")
+
+
+def test_a_worker_that_is_lost_after_its_entry_is_written_has_not_failed(folder: Path) -> None:
+    plan = plan_of(folder)
+    outcomes = list(run(plan, list(plan.tasks), LosesAnswers(EngineSettings()), RunOptions()))
+    assert [outcome.entry.state for outcome in outcomes if outcome.entry] == ["done"] * 3
+    assert states(plan) == {"done": 3}
+
+
+def test_a_store_that_is_lost_before_the_claim_is_released_does_no_harm(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(self: LocalStore, name: str, old: bytes, new: bytes | None) -> bool:
+        if new is None:
+            raise OutputError("the disk is gone")
+        return replace(self, name, old, new)
+
+    replace = LocalStore.replace
+    plan = plan_of(folder)
+    with monkeypatch.context() as patch:
+        patch.setattr(LocalStore, "replace", fail)
+        assert run_inline(plan) == {"worked done": 3}
+    assert states(plan) == {"running": 3}  # this very process has the claims, until they expire
+    assert run_inline(plan) == {"kept done": 3}
+
+
+def test_engines_of_others_are_found_by_their_entry_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = EntryPoint("mine", "tumtools.batch.engines.inline:InlineEngine", "tumtools.engines")
+    found = EntryPoints([entry])
+    monkeypatch.setattr("tumtools.batch.engines.entry_points", lambda group: found.select(group=group))
+    assert isinstance(create_engine("mine", EngineSettings()), InlineEngine)
+    with pytest.raises(UsageError, match="no engine 'yours'") as caught:
+        create_engine("yours", EngineSettings())
+    assert "mine" in str(caught.value.hint)
+
+
+def test_a_catalogue_sequence_that_is_not_there_says_how_to_get_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TUMTOOLS_CACHE", str(folder / "cache"))
+    path = folder / "manifest.toml"
+    path.write_text('destination = "out"\n[[source]]\nname = "fr1/desk"\n[[target]]\nto = "mcap"\n')
+    plan = make_plan(read_manifest(path))
+    assert "not in the cache" in plan.tasks[0].problem
+    assert run_inline(plan) == {"worked failed": 1}
+    assert "tumtools fetch fr1/desk" in entry_of(plan, "rgbd_dataset_freiburg1_desk").reason

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tumtools.batch.inputs import measure_source, sha256_of_source
 from tumtools.batch.ledger import DONE, SKIPPED
+from tumtools.errors import TumtoolsError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,7 +32,7 @@ def is_done(store: Store, task: Task, entry: Entry | None, *, full: bool = False
         full: Hash the output in any case.
 
     Raises:
-        InputError: The output or the source is there and cannot be read.
+        InputError: The output is there and cannot be read.
 
     """
     if entry is None or entry.state != DONE or entry.written is None:
@@ -50,11 +51,16 @@ def is_skipped(task: Task, entry: Entry | None) -> bool:
 
 
 def is_source_unchanged(task: Task, entry: Entry) -> bool:
-    """Whether the source is what was read; one that is gone does not make its outputs worse."""
-    measure = measure_source(task.source)
-    if measure is None or entry.read is None:
+    """Whether the source is what was read; one that is gone or out of reach makes its outputs no worse."""
+    if entry.read is None:
         return True
-    return _is_same(entry.read, measure, lambda: sha256_of_source(task.source), full=False)
+    try:
+        measure = measure_source(task.source)
+        return measure is None or _is_same(
+            entry.read, measure, lambda: sha256_of_source(task.source), full=False
+        )
+    except TumtoolsError:
+        return True
 
 
 def _is_same(noted: Contents, found: Measure, sha256: Callable[[], str], *, full: bool) -> bool:

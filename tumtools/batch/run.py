@@ -149,6 +149,8 @@ class _Runner:
         """Note a task whose worker could not."""
         job, task = completed.job, completed.job.task
         claim, entry = self._claims.read(task.id), self._ledger.read(task.id)
+        if entry is not None and entry.finished >= job.since:
+            return Outcome(task.id, WORKED, entry)  # the worker was lost after it had noted what came of it
         attempts = max(claim.attempt if claim else 0, entry.attempts if entry else 0, 1)
         noted = failure(job, attempts, completed.reason, time.time())
         try:

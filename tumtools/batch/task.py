@@ -119,7 +119,7 @@ def _is_settled(store: Store, job: Job, entry: Entry | None) -> bool:
     try:
         return is_done(store, job.task, entry) or is_skipped(job.task, entry)
     except InputError:
-        return False  # the attempt will say what is wrong with the source
+        return False  # the output cannot be read, so it is made anew
 
 
 def _blank(job: Job, attempts: int, started: float) -> Entry:

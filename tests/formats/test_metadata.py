@@ -21,6 +21,7 @@ from tumtools.formats.mcap.container import Packing, write_mcap
 from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.metadata import Metadata, from_strings, to_strings
 from tumtools.formats.options import WriteOptions, no_progress
+from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros.outgoing import make_style, outgoing
 from tumtools.model.text import TextLayout
 from tumtools.sources import open_source
@@ -149,7 +150,7 @@ def test_a_camera_that_nobody_knows_is_none() -> None:
 
 def _hostile(path: Path, sequence: Memory, **changes: str) -> Path:
     """Write a MCAP file with strings of our choice."""
-    style = make_style("cdr", "modern", WriteOptions(), color="png", depth="png")
+    style = make_style("cdr", FORMATS["mcap"], WriteOptions(archive=True))
     out = outgoing(sequence, style)
     strings = _signed(dict(out.metadata) | changes)
     packing = Packing("cdr", out.compressed_channels, "none")

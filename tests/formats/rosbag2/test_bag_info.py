@@ -43,7 +43,7 @@ def test_every_version_is_read_back(distro: str) -> None:
     assert (info.storage, info.files, info.compression_mode) == ("sqlite3", ("a_0.db3",), "")
     assert not is_latched(info.qos["/text"])
     assert is_latched(info.qos["/tf_static"])
-    assert info.custom_data == (CUSTOM if DISTRO_VERSIONS[distro] >= 6 else {})
+    assert info.custom_data == CUSTOM
 
 
 def test_the_default_is_what_humble_reads() -> None:

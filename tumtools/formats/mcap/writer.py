@@ -7,14 +7,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from tumtools.formats.mcap.container import Packing, write_mcap
-from tumtools.formats.options import Needs, Plan
 from tumtools.formats.registry import FORMATS
-from tumtools.formats.ros.outgoing import Style, estimated_bytes, make_style, outgoing, style_needs
+from tumtools.formats.ros.outgoing import Style, make_style, outgoing, style_needs, style_plan
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tumtools.formats.options import Progress, WriteOptions
+    from tumtools.formats.options import Needs, Plan, Progress, WriteOptions
     from tumtools.formats.ros.recording import MessageEncoding
     from tumtools.model.sequence import Loss, Sequence
 
@@ -53,21 +52,11 @@ def needs(options: WriteOptions) -> Needs:
 
 def plan(sequence: Sequence, options: WriteOptions) -> Plan:
     """Return the estimated size, and what is assumed."""
-    style = _style(options)
     compressed = FORMATS["mcap"].option(options, "compression") != "none"
-    return Plan(
-        nbytes=estimated_bytes(sequence, style, compressed=compressed),
-        warnings=outgoing(sequence, style).warnings,
-    )
+    return style_plan(sequence, _style(options), compressed=compressed)
 
 
 def _style(options: WriteOptions) -> Style:
     entry = FORMATS["mcap"]
     encoding = _ENCODINGS[entry.option(options, "profile")]
-    return make_style(
-        encoding,
-        entry.option(options, "layout"),
-        options,
-        color=entry.option(options, "color_encoding"),
-        depth=entry.option(options, "depth_encoding"),
-    )
+    return make_style(encoding, entry, options)

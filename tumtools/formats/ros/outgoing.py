@@ -15,7 +15,7 @@ import numpy as np
 
 from tumtools.errors import OutputError
 from tumtools.formats import metadata
-from tumtools.formats.options import Needs
+from tumtools.formats.options import Needs, Plan
 from tumtools.formats.ros import messages, serialise
 from tumtools.formats.ros.layouts import LAYOUTS, TF_TOPIC, Layout
 from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessage
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from tumtools.formats.options import WriteOptions
+    from tumtools.formats.registry import Format
 
 _SECONDS_LIMIT: Final[dict[MessageEncoding, int]] = {"cdr": 2**31, "ros1": 2**32}
 """First second that does not fit; before 1970 nothing does, since log times are unsigned."""
@@ -73,26 +74,22 @@ class Style:
         return frozenset(raw | ({"rgb", "ir"} if self.color_encoding != "png" else set()))
 
 
-def make_style(
-    encoding: MessageEncoding, layout: str, options: WriteOptions, *, color: str, depth: str
-) -> Style:
-    """Fill in the defaults.
+def make_style(encoding: MessageEncoding, entry: Format, options: WriteOptions) -> Style:
+    """Fill in the defaults of a format.
 
     Args:
         encoding: How messages are serialised.
-        layout: Name of the layout, unless the options name one.
+        entry: The format.
         options: What was asked for.
-        color: Default encoding of colour.
-        depth: Default encoding of depth.
 
     """
-    chosen = LAYOUTS[options.layout or layout]
+    layout = LAYOUTS[entry.option(options, "layout")]
     return Style(
         encoding=encoding,
-        layout=chosen,
-        color_encoding="png" if options.archive else options.color_encoding or color,
-        depth_encoding="png" if options.archive else options.depth_encoding or depth,
-        groundtruth=options.groundtruth or chosen.groundtruth,
+        layout=layout,
+        color_encoding="png" if options.archive else entry.option(options, "color_encoding"),
+        depth_encoding="png" if options.archive else entry.option(options, "depth_encoding"),
+        groundtruth=options.groundtruth or layout.groundtruth,
         options=options,
     )
 
@@ -102,6 +99,19 @@ def style_needs(style: Style) -> Needs:
     units = {"16UC1": MILLIMETRES, "png": TUM_DEPTH_UNITS_PER_METRE}.get(style.depth_encoding)
     drops = frozenset({"groundtruth"} if style.groundtruth == "none" else ())
     return Needs(units, style.pixel_streams, drops)
+
+
+def style_plan(sequence: Sequence, style: Style, *, compressed: bool) -> Plan:
+    """Return the estimated size, and what is assumed.
+
+    Args:
+        sequence: What would be written.
+        style: How.
+        compressed: Whether chunks are compressed.
+
+    """
+    nbytes = estimated_bytes(sequence, style, compressed=compressed)
+    return Plan(nbytes=nbytes, warnings=outgoing(sequence, style).warnings)
 
 
 def estimated_bytes(sequence: Sequence, style: Style, *, compressed: bool) -> int:

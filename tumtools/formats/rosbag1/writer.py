@@ -9,11 +9,10 @@ from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from tumtools.formats.options import Needs, Plan
 from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros import messages
 from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
-from tumtools.formats.ros.outgoing import Style, estimated_bytes, make_style, outgoing, style_needs
+from tumtools.formats.ros.outgoing import Style, make_style, outgoing, style_needs, style_plan
 from tumtools.formats.ros.recording import OutChannel, OutMessage
 from tumtools.formats.rosbag1.container import write_bag
 from tumtools.formats.rosbag1.structure import Connection
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from tumtools.formats.options import Progress, WriteOptions
+    from tumtools.formats.options import Needs, Plan, Progress, WriteOptions
     from tumtools.formats.ros.outgoing import Outgoing
     from tumtools.model.sequence import Loss, Sequence
 
@@ -59,23 +58,12 @@ def needs(options: WriteOptions) -> Needs:
 
 def plan(sequence: Sequence, options: WriteOptions) -> Plan:
     """Return the estimated size, and what is assumed."""
-    style = _style(options)
     compressed = FORMATS["rosbag1"].option(options, "compression") != "none"
-    return Plan(
-        nbytes=estimated_bytes(sequence, style, compressed=compressed),
-        warnings=outgoing(sequence, style).warnings,
-    )
+    return style_plan(sequence, _style(options), compressed=compressed)
 
 
 def _style(options: WriteOptions) -> Style:
-    entry = FORMATS["rosbag1"]
-    return make_style(
-        "ros1",
-        entry.option(options, "layout"),
-        options,
-        color=entry.option(options, "color_encoding"),
-        depth=entry.option(options, "depth_encoding"),
-    )
+    return make_style("ros1", FORMATS["rosbag1"], options)
 
 
 def _connection(channel: OutChannel) -> Connection:

@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, Final
 from tumtools.errors import UsageError
 from tumtools.formats.mcap.container import Packing, write_mcap
 from tumtools.formats.metadata import DIGEST_RECORD
-from tumtools.formats.options import Needs, Plan
 from tumtools.formats.registry import FORMATS
-from tumtools.formats.ros.outgoing import Style, estimated_bytes, make_style, outgoing, style_needs
+from tumtools.formats.ros.outgoing import Style, make_style, outgoing, style_needs, style_plan
 from tumtools.formats.rosbag2.bag_info import DISTRO_VERSIONS, FILE_NAME, Tally, format_bag_info
 from tumtools.formats.rosbag2.sqlite_writer import write_sqlite
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tumtools.formats.options import Progress, WriteOptions
+    from tumtools.formats.options import Needs, Plan, Progress, WriteOptions
     from tumtools.model.sequence import Loss, Sequence
 
 _SUFFIXES: Final = {"sqlite3": ".db3", "mcap": ".mcap"}
@@ -79,9 +78,7 @@ def needs(options: WriteOptions) -> Needs:
 
 def plan(sequence: Sequence, options: WriteOptions) -> Plan:
     """Return the estimated size, and what is assumed."""
-    style = _style(options)
-    nbytes = estimated_bytes(sequence, style, compressed=_compression(options) != "none")
-    return Plan(nbytes=nbytes, warnings=outgoing(sequence, style).warnings)
+    return style_plan(sequence, _style(options), compressed=_compression(options) != "none")
 
 
 def _compression(options: WriteOptions) -> str:
@@ -97,12 +94,5 @@ def _compression(options: WriteOptions) -> str:
 
 
 def _style(options: WriteOptions) -> Style:
-    entry = FORMATS["rosbag2"]
     _compression(options)
-    return make_style(
-        "cdr",
-        entry.option(options, "layout"),
-        options,
-        color=entry.option(options, "color_encoding"),
-        depth=entry.option(options, "depth_encoding"),
-    )
+    return make_style("cdr", FORMATS["rosbag2"], options)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -17,13 +18,13 @@ from tumtools.sources import open_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
-    from pathlib import Path
 
     import numpy.typing as npt
 
     from tests.roundtrip.variants import Variant
 
 
+FIXTURES: Final = Path(__file__).parents[2] / "fixtures"
 NAME: Final = "synthetic_freiburg1_awkward"
 
 
@@ -194,11 +195,19 @@ def _made(make: Callable[..., Sequence], *args: object, **options: object) -> Ca
     return lambda _: make(*args, **options)
 
 
+def _fixture(name: str) -> Callable[[Path], Sequence]:
+    """Open a sequence of the folder of fixtures."""
+    return lambda _: open_source(FIXTURES / name)
+
+
 CRLF: Final = (
     "# color images\r\n# timestamp filename\r\n1.000000 rgb/1.000000.png\r\n2.000000 rgb/2.000000.png\r\n"
 )
 
 CONTENTS: Final[dict[str, Callable[[Path], Sequence]]] = {
+    "the first releases: commas, imu.txt": _fixture("early"),
+    "the third camera: no rows of accelerations": _fixture("fr3"),
+    "somebody else's recorder: no headers, tabs": _fixture("foreign"),
     "no depth": _made(_memory, {"rgb": _times()}),
     "a name that does not tell the camera": _made(_memory, {"rgb": _times()}, name="kitchen"),
     "no colour": _made(_memory, {"depth": _times()}),

@@ -103,7 +103,9 @@ def write_and_check(before: Sequence, target: Path, variant: Variant) -> Outcome
 
 def check_same(before: Sequence, after: Sequence, wanted: Expected) -> tuple[int, int, int]:
     """Check that two sequences differ in what is expected and in nothing else."""
-    assert after.info.name == before.info.name or wanted.losses
+    # Without a header line that says otherwise, a sequence in this layout is called as its folder.
+    names = {before.info.name, "sequence"} if after.info.format == "tum" else {before.info.name}
+    assert after.info.name in names or wanted.losses
     one, other = digest(before, jobs=1), digest(after, jobs=1)
     changed = {
         name for name in one.streams | other.streams if one.streams.get(name) != other.streams.get(name)

@@ -122,8 +122,10 @@ def test_frame_ids_have_no_place_in_the_benchmarks_layout(tmp_path: Path) -> Non
 
 def test_a_camera_is_lost_when_no_name_tells_it(tmp_path: Path) -> None:
     sequence = Memory({"rgb": [START]}, name="kitchen", camera="fr2")
+    dry = convert(sequence, tmp_path / "x", "tum", options=ConvertOptions(dry_run=True))
     (loss,) = losses(sequence, tmp_path / "x", "tum")
     assert (loss.stream, loss.what, loss.alters_data) == ("rgb", "camera fr2", False)
+    assert dry.losses == (loss,)
     with open_source(tmp_path / "x") as result:
         assert result.info.camera is None
     sequence = Memory({"rgb": [START]}, name="my_freiburg2_kitchen", camera="fr2")

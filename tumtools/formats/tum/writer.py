@@ -70,7 +70,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
         for frame, data in ordered_map(encode, sequence.images(), options.jobs):
             sink.add(names[frame.stream][frame.row], data)
             progress(1, len(data))
-    return (*_losses(sequence), *_camera_loss(sequence, layouts, target))
+    return (*_losses(sequence), *_camera_loss(sequence, layouts, target.name))
 
 
 def needs(options: WriteOptions) -> Needs:
@@ -82,13 +82,14 @@ def needs(options: WriteOptions) -> Needs:
 def plan(sequence: Sequence, options: WriteOptions) -> Plan:
     """Return the losses, and the estimated size."""
     del options
-    size = sum(map(len, _texts(sequence, _layouts(sequence)).values()))
+    layouts = _layouts(sequence)
+    size = sum(map(len, _texts(sequence, layouts).values()))
     for info in sequence.info.images.values():
         if info.compression == "png":
             size += info.nbytes
         else:
             size += int(info.nbytes * _PNG_SHARE.get(info.encoding or "", 0.5))
-    return Plan(_losses(sequence), size)
+    return Plan((*_losses(sequence), *_camera_loss(sequence, layouts, None)), size)
 
 
 def _losses(sequence: Sequence) -> tuple[Loss, ...]:
@@ -103,13 +104,16 @@ def _losses(sequence: Sequence) -> tuple[Loss, ...]:
     return (*calibrations, *frames)
 
 
-def _camera_loss(sequence: Sequence, layouts: Mapping[str, TextLayout], target: Path) -> Iterator[Loss]:
-    """Tell that the camera is lost, unless the name in a header, or else that of the target, tells it."""
+def _camera_loss(sequence: Sequence, layouts: Mapping[str, TextLayout], target: str | None) -> Iterator[Loss]:
+    """Tell that the camera is lost, unless the name in a header, or else that of the target, tells it.
+
+    Without a target, only what does not depend on its name.
+    """
     camera, images = sequence.info.camera, sequence.info.images
     if camera is None or not images:
         return
-    named = name_in_headers(layout.head for layout in layouts.values())
-    if camera_of_name(named or target.name) != camera:
+    named = name_in_headers(layout.head for layout in layouts.values()) or target
+    if named is not None and camera_of_name(named) != camera:
         why = "the layout tells the camera only by the name of the sequence"
         yield Loss(next(iter(images)), f"camera {camera}", 1, why, alters_data=False)
 

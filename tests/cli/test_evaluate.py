@@ -45,11 +45,13 @@ def test_absolute_error(pair: list[str], capsys: pytest.CaptureFixture[str]) -> 
 
 def test_relative_error(pair: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["evaluate", "rpe", *pair, "--delta", "0.5"]) == 0
-    rows = table(capsys.readouterr().out)
+    printed = capsys.readouterr().out
+    assert printed.startswith("249 pairs 0.5 s apart of 300 estimated, 300 true poses")
+    rows = table(printed)
     assert [rows["rmse"][1], rows["rmse"][3]] == ["m", "deg"]
     assert run(["evaluate", "rpe", *pair, "--delta", "50", "--unit", "f", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["pairs"] == 249
+    assert (document["pairs"], document["delta"], document["unit"]) == (249, 50.0, "f")
     assert f"{document['rotation_deg']['median']:.6f}" == rows["median"][2]
 
 
@@ -103,6 +105,9 @@ def test_positions_without_rotations_do_for_the_absolute_error(
         (["ate", "--json", "--tum-output"], "cannot be had together"),
         (["rpe", "--all-pairs", "--delta", "2"], "--delta has no effect with --all-pairs"),
         (["rpe", "--method", "nearest"], "--method has no effect without --all-pairs"),
+        (["rpe", "--random", "--unit", "m"], "--unit has no effect with --random"),
+        (["rpe", "--seed", "3"], "--seed has no effect without --random or --max-pairs"),
+        (["rpe", "--delta", "0"], "must be finite and more than 0"),
         (["ate", "--offset", "a day"], "not a number of seconds"),
         (["ate", "--max-difference", "0"], "must be positive"),
         (["ate", "--scale", "-1"], "must be positive"),
@@ -220,15 +225,18 @@ def test_stats_of_one_and_of_several(real_data: Path, capsys: pytest.CaptureFixt
     assert two["motion"]["first"] == "1305031098665900000"
     for layout, expected in (
         ("text", "7.112"),
-        ("markdown", "| rgbd_dataset_freiburg1_xyz-groundtruth | 30.09 | 30.00 | 0.244 | 8.920 |"),
-        ("latex", r"rgbd\_dataset\_freiburg1\_xyz-groundtruth & 30.09 & 30.00"),
+        ("markdown", "| rgbd_dataset_freiburg1_xyz | 30.09 | 30.00 | 0.244 | 8.920 |"),
+        ("latex", r"rgbd\_dataset\_freiburg1\_xyz & 30.09 & 30.00"),
         (
             "csv",
-            "rgbd_dataset_freiburg1_xyz-groundtruth,30.09,30.00,0.244,8.920,0.46 x 0.70 x 0.44,7.112,9.159,,",
+            "rgbd_dataset_freiburg1_xyz,30.09,30.00,0.244,8.920,0.46 x 0.70 x 0.44,7.112,9.159,,",
         ),
     ):
         assert run(["stats", folder, truth, "--format", layout]) == 0
         assert expected in capsys.readouterr().out
+    own = str(real_data / "rgbd_dataset_freiburg1_rpy/groundtruth.txt")
+    assert run(["stats", folder, own, "--format", "csv"]) == 0
+    assert [line.split(",")[0] for line in capsys.readouterr().out.splitlines()[1:]] == [folder, own]
 
 
 def test_a_sequence_without_trajectory_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -251,7 +259,11 @@ def test_nan_rows_are_warned_of(pair: list[str], capsys: pytest.CaptureFixture[s
 def test_topics_of_recordings(real_data: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     recording = str(real_data / "bags/evo/nav2_turtlebot.mcap")
     assert run(["evaluate", "ate", recording, recording]) == 2
-    assert "choose one with --groundtruth-topic" in capsys.readouterr().err
+    assert "choose with --groundtruth-topic /" in capsys.readouterr().err
+    assert run(["evaluate", "ate", recording, recording, "--groundtruth-topic", "/no"]) == 2
+    assert "--groundtruth-topic /no: no such topic" in capsys.readouterr().err
+    assert run(["plot", "trajectory", recording, "-o", str(tmp_path / "x.svg")]) == 2
+    assert "choose with --topic /" in capsys.readouterr().err
     topics = ["--groundtruth-topic", "/odom", "--estimate-topic", "/amcl_pose"]
     assert run(["evaluate", "ate", recording, recording, *topics]) == 0
     assert "pairs of" in capsys.readouterr().out

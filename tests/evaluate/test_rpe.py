@@ -129,6 +129,19 @@ def test_offset_is_added_to_the_estimate() -> None:
         evaluate_rpe(groundtruth, late)
 
 
+def test_pairs_at_another_distance_than_asked_for_are_said() -> None:
+    groundtruth = walk(200)
+    assert evaluate_rpe(groundtruth, drifted(groundtruth), delta=0.5).notes == ()
+    still = Trajectory(groundtruth.stamps, np.zeros_like(groundtruth.positions), groundtruth.quaternions)
+    (note,) = evaluate_rpe(groundtruth, still, unit="m").notes
+    assert note.startswith("200 of 200 pairs are less than half or more than one and a half times 1 m apart")
+    holed = groundtruth.take(np.r_[0:100, 180:200])
+    (note,) = evaluate_rpe(groundtruth, holed, delta=0.11).notes
+    assert note.startswith("6 of 108 pairs")
+    (note,) = evaluate_rpe(groundtruth, groundtruth, delta=0.001).notes
+    assert note.startswith("199 of 199 pairs")
+
+
 def test_too_long_a_distance_is_said() -> None:
     with pytest.raises(InputError, match="0 of 0 pairs of poses 60 s apart") as error:
         evaluate_rpe(walk(100), walk(100), delta=60)
@@ -136,7 +149,16 @@ def test_too_long_a_distance_is_said() -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments", [{"unit": "km"}, {"delta": np.nan}, {"delta": np.inf}, {"scale": 0.0}, {"scale": np.nan}]
+    "arguments",
+    [
+        {"unit": "km"},
+        {"delta": np.nan},
+        {"delta": np.inf},
+        {"delta": 0.0},
+        {"delta": -1.0},
+        {"scale": 0.0},
+        {"scale": np.nan},
+    ],
 )
 def test_nonsense_is_refused(arguments: dict[str, object]) -> None:
     with pytest.raises(UsageError):

@@ -20,7 +20,7 @@ from tumtools.cli.main import run
 from tumtools.errors import InputError, UsageError
 from tumtools.evaluate.allpairs import evaluate_rpe_all_pairs
 from tumtools.evaluate.ate import evaluate_ate
-from tumtools.evaluate.rpe import evaluate_rpe
+from tumtools.evaluate.rpe import Sampling, evaluate_rpe
 from tumtools.evaluate.tables import aligned_trajectory
 from tumtools.plot.ate import plot_ate
 from tumtools.plot.rpe import plot_distances, plot_rpe
@@ -40,6 +40,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "trajectory": lambda: plot_trajectories({"true": TRUE, "estimate": ESTIMATE}, "xz", "A title"),
     "ate": lambda: plot_ate(evaluate_ate(TRUE, ESTIMATE)),
     "rpe": lambda: plot_rpe(evaluate_rpe(TRUE, ESTIMATE, delta=20, unit="f")),
+    "random": lambda: plot_rpe(evaluate_rpe(TRUE, ESTIMATE, sampling=Sampling(500, random=True))),
     "distances": lambda: plot_distances(evaluate_rpe_all_pairs(TRUE, ESTIMATE)),
     "translation only": lambda: plot_distances(evaluate_rpe_all_pairs(TRUE, ESTIMATE, rotation=False)),
 }
@@ -98,6 +99,11 @@ def test_existing_pictures_are_not_replaced_unless_asked(tmp_path: Path) -> None
         save(figure, target)
     save(figure, target, force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["x.svg"]
+
+
+def test_a_picture_of_the_relative_error_says_which_pairs() -> None:
+    assert PICTURES["rpe"]().axes[0].get_title("left") == "Relative pose error, 179 pairs 20 frames apart"
+    assert PICTURES["random"]().axes[0].get_title("left") == "Relative pose error, 500 random pairs"
 
 
 def test_lines_are_broken_at_gaps() -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tumtools.cli import evaluation, options, output
+from tumtools.cli import evaluation, evaluation_options, options, output
 from tumtools.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,10 +22,10 @@ _STREAMS = click.Choice(["rgb", "depth", "ir", "accelerometer", "groundtruth"])
 @click.command(name="associate")
 @click.argument("first")
 @click.argument("second", required=False)
-@evaluation.matching_options
+@evaluation_options.matching_options
 @click.option(
     "--offset",
-    type=evaluation.seconds,
+    type=evaluation_options.seconds,
     default="0",
     show_default=True,
     metavar="S",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tumtools.cli import evaluation, options, output
+from tumtools.cli import evaluation, evaluation_options, options, output
 
 if TYPE_CHECKING:
     from tumtools.evaluate.align import Mode
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command(name="ate")
-@evaluation.pair_arguments
+@evaluation_options.pair_arguments
 @click.option(
     "--align",
     "alignment",
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     show_default=True,
     help="Rotate and move the estimate onto the ground truth; and scale it; or not.",
 )
-@evaluation.matching_options
-@evaluation.time_options
+@evaluation_options.matching_options
+@evaluation_options.time_options
 @click.option("--save", metavar="FILE", help="Write the aligned estimate: stamp x y z.")
 @click.option("--save-trajectory", metavar="FILE", help="Write the aligned estimate as a trajectory file.")
 @click.option("--save-associations", metavar="FILE", help="Write the pairs: stamp1 x1 y1 z1 stamp2 x2 y2 z2.")
-@evaluation.file_options
+@evaluation_options.file_options
 @options.json_option
 def command(
     groundtruth: str,

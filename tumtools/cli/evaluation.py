@@ -1,102 +1,20 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""What the commands that measure share: their options, the trajectories they read, the files they write."""
+"""What the commands that measure share: the trajectories they read, the files they write."""
 
 from __future__ import annotations
 
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
-
-import click
+from typing import TYPE_CHECKING
 
 from tumtools.cli import output
 from tumtools.errors import InputError, TumtoolsError, UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from tumtools.model.signals import Trajectory
-
-Command = TypeVar("Command", bound="Callable[..., object]")
-
-
-def seconds(text: str) -> int:
-    """Read seconds from the command line as integer nanoseconds; never through a float."""
-    from tumtools.model.time import parse_stamp
-
-    try:
-        return parse_stamp(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from error
-
-
-def several(*decorators: Callable[[Command], Command]) -> Callable[[Command], Command]:
-    """Put decorators together, the first one outermost."""
-
-    def decorate(command: Command) -> Command:
-        for decorator in reversed(decorators):
-            command = decorator(command)
-        return command
-
-    return decorate
-
-
-matching_options = several(
-    click.option(
-        "--max-difference",
-        type=seconds,
-        default="0.02",
-        show_default=True,
-        metavar="S",
-        help="Poses match if their stamps differ by less.",
-    ),
-    click.option(
-        "--method",
-        type=click.Choice(["tum", "nearest", "optimal"]),
-        default="tum",
-        show_default=True,
-        help="How to associate: as the benchmark's scripts; nearest, as evo; most pairs.",
-    ),
-)
-
-time_options = several(
-    click.option(
-        "--offset",
-        type=seconds,
-        default="0",
-        show_default=True,
-        metavar="S",
-        help="Added to the stamps of ESTIMATE.",
-    ),
-    click.option(
-        "--scale", type=float, default=1.0, show_default=True, help="Multiplies the positions of ESTIMATE."
-    ),
-    click.option(
-        "--interpolate", is_flag=True, help="Interpolate the ground truth at the stamps of ESTIMATE."
-    ),
-    click.option(
-        "--max-hole",
-        type=seconds,
-        metavar="S",
-        help="Do not interpolate between poses farther apart.  [default: 0.1]",
-    ),
-)
-
-pair_arguments = several(
-    click.argument("groundtruth"),
-    click.argument("estimate"),
-    click.option("--groundtruth-topic", metavar="TOPIC", help="Topic of GROUNDTRUTH, if it is a recording."),
-    click.option("--estimate-topic", metavar="TOPIC", help="Topic of ESTIMATE, if it is a recording."),
-)
-
-file_options = several(
-    click.option("--plot", "picture", metavar="FILE", help="Draw a picture: .svg, .png or .pdf."),
-    click.option(
-        "--tum-output", is_flag=True, help="Print what the benchmark's script prints with --verbose."
-    ),
-    click.option("--force", is_flag=True, help="Replace files that exist."),
-)
 
 
 def hole(interpolate: bool, max_hole: int | None) -> int | None:
@@ -109,14 +27,14 @@ def hole(interpolate: bool, max_hole: int | None) -> int | None:
 
 
 def read_trajectory(
-    source: str, topic: str | None = None, option: str | None = None, *, positions_do: bool = False
+    source: str, topic: str | None = None, option: str = "--topic", *, positions_do: bool = False
 ) -> Trajectory:
     """Read the poses of any source.
 
     Args:
         source: A path in any format, or a name.
         topic: Of a recording, if it has several with poses.
-        option: With which the command takes the topic, if not with --topic.
+        option: With which the command takes the topic, without a stream.
         positions_do: Take text files of positions without rotations too.
 
     Raises:
@@ -135,8 +53,9 @@ def read_trajectory(
         with open_source(source, ReadOptions(topics={"groundtruth": topic} if topic else {})) as sequence:
             trajectory = sequence.groundtruth
     except TumtoolsError as error:
-        if option and error.hint and "--topic" in error.hint:
-            error.hint = f"choose one with {option}"
+        # Other commands take the topics of several streams.
+        error.message = error.message.replace("--topic groundtruth=", f"{option} ")
+        error.hint = error.hint and error.hint.replace("--topic groundtruth=", f"{option} ")
         raise
     if trajectory is None:
         raise InputError(

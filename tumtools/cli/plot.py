@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tumtools.cli import evaluation, options
+from tumtools.cli import evaluation, evaluation_options, options
 from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tumtools.evaluate.align import Mode
     from tumtools.model.signals import Trajectory
 
-_output = evaluation.several(
+_output = evaluation_options.several(
     click.argument("sources", metavar="SOURCE...", nargs=-1, required=True),
     click.option(
         "-o", "--output", "target", required=True, metavar="FILE", help="The picture: .svg, .png or .pdf."

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 import click
@@ -52,11 +52,20 @@ def command(
     elif layout == "text" and len(summaries) == 1:
         _print(summaries[0])
     elif layout == "text":
-        head, rows = reports.cells(summaries)
+        head, rows = reports.cells(_told_apart(sources, summaries))
         output.print_table(rows, head)
     else:
         table = {"markdown": reports.markdown, "latex": reports.latex, "csv": reports.as_csv}[layout]
-        click.echo(table(summaries))
+        click.echo(table(_told_apart(sources, summaries)))
+
+
+def _told_apart(sources: tuple[str, ...], summaries: list[Summary]) -> list[Summary]:
+    """Name sequences by their source where several have the same name, as a folder and its trajectory."""
+    names = [summary.name for summary in summaries]
+    return [
+        replace(summary, name=source) if names.count(summary.name) > 1 else summary
+        for source, summary in zip(sources, summaries, strict=True)
+    ]
 
 
 def document(source: str, summary: Summary) -> dict[str, object]:

@@ -31,6 +31,8 @@ def ate(result: AteResult) -> dict[str, object]:
 def rpe(result: RpeResult) -> dict[str, object]:
     """Return a relative pose error."""
     return _common(result) | {
+        "delta": result.delta,
+        "unit": None if result.delta is None else result.unit,
         "estimate_poses_matched": result.estimate_matched,
         "pairs_without_groundtruth": result.candidates - result.pairs,
         "translation_m": result.translation.as_dict(),

@@ -89,6 +89,8 @@ class RpeResult:
         estimate_count: Poses of the estimate.
         estimate_matched: Poses of the estimate that have ground truth.
         max_difference: Limit of the difference in time that was used, ns; 0 when interpolated.
+        delta: Distance of the poses of a pair that was asked for; None for random pairs.
+        unit: Its unit.
         notes: What the user should know.
 
     """
@@ -104,12 +106,21 @@ class RpeResult:
     estimate_count: int
     estimate_matched: int
     max_difference: int
+    delta: float | None
+    unit: Unit
     notes: tuple[str, ...]
 
     @property
     def pairs(self) -> int:
         """How many pairs were compared."""
         return len(self.translational_errors)
+
+    @property
+    def described(self) -> str:
+        """How many pairs of which kind, in words."""
+        if self.delta is None:
+            return f"{self.pairs} random pairs"
+        return f"{self.pairs} pairs {_distance(self.delta, self.unit)} apart"
 
 
 def evaluate_rpe(
@@ -152,8 +163,9 @@ def evaluate_rpe(
     if np.count_nonzero(near) < 2:  # noqa: PLR2004 - a pair needs two
         how = f"within {limit / 1e9:g} s" if max_hole is None else "to interpolate between"
         raise no_pairs_error(int(near.sum()), true.trajectory.stamps, poses.stamps + offset, how)
-    if sampling is not None and sampling.random:
-        first, second = _random_pairs(len(poses), sampling)
+    random = sampling if sampling is not None and sampling.random else None
+    if random is not None:
+        first, second = _random_pairs(len(poses), random)
     else:
         first, second = fixed_pairs(poses, delta, unit)
         if sampling is not None:
@@ -187,7 +199,14 @@ def evaluate_rpe(
         estimate_count=len(poses),
         estimate_matched=int(near.sum()),
         max_difference=limit,
-        notes=(*true.notes, *judged.notes, *matched_note(int(near.sum()), len(poses))),
+        delta=delta if random is None else None,
+        unit=unit,
+        notes=(
+            *true.notes,
+            *judged.notes,
+            *matched_note(int(near.sum()), len(poses)),
+            *(_distance_note(poses, delta, unit, (first, second)) if random is None else ()),
+        ),
     )
 
 
@@ -195,8 +214,8 @@ def _check(delta: float, unit: str) -> None:
     if unit not in UNITS:
         msg = f"unknown unit {unit!r}; there are {', '.join(UNITS)}"
         raise UsageError(msg)
-    if not np.isfinite(delta):
-        msg = f"the distance of a pair must be finite, not {delta!r}"
+    if not (np.isfinite(delta) and delta > 0.0):
+        msg = f"the distance of a pair must be finite and more than 0, not {delta!r}"
         raise UsageError(msg)
 
 
@@ -213,13 +232,32 @@ def _partners(
     return limit, partner, np.abs(groundtruth.stamps[partner] - times) <= limit
 
 
-def _too_few(found: int, candidates: int, delta: float, unit: str, estimate: Trajectory) -> InputError:
+def _too_few(found: int, candidates: int, delta: float, unit: Unit, estimate: Trajectory) -> InputError:
     seconds = (int(estimate.stamps[-1]) - int(estimate.stamps[0])) / NANOSECONDS_PER_SECOND
     return InputError(
-        f"only {found} of {candidates} pairs of poses {delta:g} {unit} apart can be compared, and two are "
-        f"needed; the estimate has {len(estimate)} poses in {seconds:.3f} s",
+        f"only {found} of {candidates} pairs of poses {_distance(delta, unit)} apart can be compared, and "
+        f"two are needed; the estimate has {len(estimate)} poses in {seconds:.3f} s",
         hint="choose a shorter distance",
     )
+
+
+def _distance(delta: float, unit: Unit) -> str:
+    return f"{delta:g} {'frames' if unit == 'f' else unit}"
+
+
+def _distance_note(
+    estimate: Trajectory,
+    delta: float,
+    unit: Unit,
+    pairs: tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]],
+) -> tuple[str, ...]:
+    """Warn of pairs whose distance is far from what was asked for; the scripts compare them silently."""
+    places = _travelled(estimate, unit)
+    wrong = np.count_nonzero(np.abs(places[pairs[1]] - places[pairs[0]] - delta) > delta / 2)
+    if not wrong:
+        return ()
+    text = f"{wrong} of {len(pairs[0])} pairs are less than half or more than one and a half times"
+    return (f"{text} {_distance(delta, unit)} apart: no pose of the estimate is nearer to that distance",)
 
 
 def _random_pairs(n: int, sampling: Sampling) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:

@@ -40,12 +40,15 @@ def plot_rpe(result: RpeResult, title: str | None = None) -> Figure:
         for axes, (what, unit, color), error, level in zip(
             figure.subplots(2, 1, sharex=True), _ROWS, errors, rmse, strict=True
         ):
-            line = broken_at_gaps(stamps, np.stack([seconds, error], axis=1))
-            axes.plot(*line.T, color=color, linewidth=0.9)
+            if result.delta is None:  # neighbours have nothing in common that a line could show
+                axes.plot(seconds, error, ".", color=color, markersize=1.5)
+            else:
+                line = broken_at_gaps(stamps, np.stack([seconds, error], axis=1))
+                axes.plot(*line.T, color=color, linewidth=0.9)
             _finish(axes, f"{what} ({unit})", level, f"dashed: RMSE {level:.4g} {unit}")
         axes.set_xlabel(f"time of the pair's first pose (s since {format_stamp(int(stamps[0]), 9)})")
         figure.align_ylabels()
-        figure.axes[0].set_title(title or f"Relative pose error, {result.pairs} pairs")
+        figure.axes[0].set_title(title or f"Relative pose error, {result.described}")
     return figure
 
 

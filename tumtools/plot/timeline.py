@@ -149,7 +149,8 @@ def _panel(axes: Axes, streams: dict[str, npt.NDArray[np.int64]]) -> None:
 
 def _remark(stamps: npt.NDArray[np.int64], found: Spans) -> str:
     """Say how many items, how often, and what is missing."""
-    rate = stream_statistics(stamps).median_rate
+    # The mean: the accelerometer's rows come in bursts, the Kinect's stamps jitter.
+    rate = stream_statistics(stamps).mean_rate
     longest = f", longest {np.diff(found.gaps, axis=1).max():.2f} s" if len(found.gaps) else ""
     return (
         f"{len(stamps)} at {rate or 0.0:.1f} Hz, covers {100 * found.covered:.1f} %\n"

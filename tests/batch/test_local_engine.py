@@ -48,7 +48,7 @@ def good_job(folder: Path) -> Job:
     [
         (Hostile(os.kill, 0, signal.SIGKILL), {}, "SIGKILL"),
         (Hostile(os._exit, 3), {}, "exit code 3"),
-        (Hostile(time.sleep, 600), {"timeout": 8.0}, "longer than 8 s"),
+        (Hostile(time.sleep, 600), {"timeout": 5.0}, "longer than 5 s"),
         (Hostile(bytearray, 10**10), {"memory_limit": 2 * 10**9}, "out of memory"),
     ],
     ids=["crash", "exit", "hang", "memory"],

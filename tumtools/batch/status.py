@@ -60,7 +60,8 @@ def status(plan: Plan, *, full: bool = False) -> Iterator[Standing]:
 
     def stand(task: Task, entry: Entry | None) -> Standing:
         claim = claims.get(task.id)
-        if claim is not None and not claim.has_expired():
+        working = claim is not None and not claim.has_expired()
+        if working and (entry is None or entry.state != DONE):
             return Standing(task, "running", entry, claim)
         if entry is None:
             return Standing(task, "pending" if claim is None else "interrupted", None, claim)
@@ -70,7 +71,7 @@ def status(plan: Plan, *, full: bool = False) -> Iterator[Standing]:
             settled = is_done(store, task, entry, full=full) or is_skipped(task, entry)
         except InputError:
             settled = False
-        return Standing(task, entry.state if settled else "changed", entry)
+        return Standing(task, entry.state if settled else "running" if working else "changed", entry, claim)
 
     with ThreadPoolExecutor(_THREADS) as pool:
         yield from pool.map(stand, plan.tasks, entries)

@@ -35,6 +35,7 @@ class _Worker:
     process: SpawnProcess
     connection: Connection[Any, Any]
     job: Job | None = None
+    ready: bool = False
     deadline: float = field(default=float("inf"))
 
 
@@ -85,12 +86,16 @@ class LocalEngine:
         while self._queue and (idle or len(self._workers) < self._settings.workers):
             worker = idle.pop() if idle else self._start()
             worker.job = self._queue.popleft()
-            if self._settings.timeout is not None:
-                worker.deadline = time.monotonic() + self._settings.timeout
+            self._set_deadline(worker)
             with suppress(BrokenPipeError):  # it has died while idle; `_wait` finds out
                 worker.connection.send(worker.job)
             given = True
         return given
+
+    def _set_deadline(self, worker: _Worker) -> None:
+        """Let the time of a job run, from when its worker is ready."""
+        if self._settings.timeout is not None and worker.ready:
+            worker.deadline = time.monotonic() + self._settings.timeout
 
     def _start(self) -> _Worker:
         ours, theirs = self._context.Pipe()
@@ -115,22 +120,26 @@ class LocalEngine:
         ready = wait([worker.connection for worker in busy], pause)
         for worker in busy:
             if worker.connection in ready:
-                yield self._receive(worker)
+                yield from self._receive(worker)
             elif worker.deadline <= time.monotonic():
                 yield self._time_out(worker)
 
-    def _receive(self, worker: _Worker) -> Completed:
-        job = _finish(worker)
+    def _receive(self, worker: _Worker) -> Iterator[Completed]:
         try:
             answer = worker.connection.recv()
         except (EOFError, ConnectionResetError):
             worker.process.join(_GRACE_SECONDS)
             code = worker.process.exitcode
             self._remove(worker)
-            return Completed(job, None, f"the worker process died ({_words(code)})")
-        if isinstance(answer, Outcome):
-            return Completed(job, answer)
-        return Completed(job, None, str(answer))
+            yield Completed(_finish(worker), None, f"the worker process died ({_words(code)})")
+            return
+        if answer is None:
+            worker.ready = True
+            self._set_deadline(worker)
+        elif isinstance(answer, Outcome):
+            yield Completed(_finish(worker), answer)
+        else:
+            yield Completed(_finish(worker), None, str(answer))
 
     def _time_out(self, worker: _Worker) -> Completed:
         job = _finish(worker)

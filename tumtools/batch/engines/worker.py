@@ -25,9 +25,14 @@ def work(connection: Connection[Any, Any], memory_limit: int | None) -> None:
     if memory_limit is not None:
         # Data, not address space: mapped files and reserved stacks are no memory.
         resource.setrlimit(resource.RLIMIT_DATA, (memory_limit, memory_limit))
+    answer: object = None  # ready: imports are no part of a task's time
     while True:
         try:
-            answer: object = execute(connection.recv())
+            connection.send(answer)
+        except BrokenPipeError:
+            return  # the parent is gone; the ledger has what came of the job
+        try:
+            answer = execute(connection.recv())
         except EOFError:
             return
         except MemoryError:
@@ -36,10 +41,6 @@ def work(connection: Connection[Any, Any], memory_limit: int | None) -> None:
             answer = str(error)
         except Exception as error:  # noqa: BLE001 - the parent reports it as a failure of the task
             answer = f"{type(error).__name__}: {error}"
-        try:
-            connection.send(answer)
-        except BrokenPipeError:
-            return  # the parent is gone; the ledger has it
 
 
 def _end(number: int, frame: object) -> NoReturn:

@@ -11,6 +11,7 @@ import pytest
 
 from tests.formats.tum.archives import files_of
 from tests.made import made
+from tests.memory import Memory
 from tumtools.convert import ConvertOptions, convert, default_target, refuse_source
 from tumtools.errors import InputError, LossRefusedError, MissingInputError, UsageError
 from tumtools.formats.options import WriteOptions
@@ -139,6 +140,13 @@ def test_a_target_inside_of_the_source_is_all_right(folder: Path) -> None:
 def test_a_selection_that_leaves_nothing_is_refused(tmp_path: Path) -> None:
     with open_source(FULL) as sequence, pytest.raises(UsageError, match="nothing of the sequence"):
         convert(sequence, tmp_path / "x", "tum", options=ConvertOptions(Selection(start=2**62)))
+
+
+@pytest.mark.parametrize("to", ["tum", "mcap", "rosbag1", "rosbag2", "rawlog"])
+def test_a_source_without_any_stream_is_refused(tmp_path: Path, to: str) -> None:
+    with pytest.raises(InputError, match="nothing to convert"):
+        convert(Memory({}), tmp_path / "x", to)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_part_is_written_with_the_text_of_its_rows(tmp_path: Path) -> None:

@@ -125,6 +125,15 @@ def test_force_replaces_whatever_is_there(tmp_path: Path, old: str, new: str) ->
     assert _names(elsewhere) == ["kept"]
 
 
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_force_replaces_no_pipe_and_no_device(tmp_path: Path, kind: str) -> None:
+    target = Path("/dev/null") if kind == "device" else tmp_path / "x"
+    if kind == "pipe":
+        os.mkfifo(target)
+    with pytest.raises(UsageError, match="neither a file nor a folder"):
+        staging.refuse_existing(target, force=True)
+
+
 def test_force_keeps_the_old_one_when_the_block_fails(tmp_path: Path) -> None:
     (tmp_path / "x").write_text("old")
     with pytest.raises(RuntimeError), staged(tmp_path / "x", force=True) as path:

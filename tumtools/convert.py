@@ -116,7 +116,7 @@ def convert(
     Raises:
         UsageError: The options do not fit the format, or the target exists.
         LossRefusedError: `strict`, and something would be lost; nothing is left behind.
-        InputError: The source is damaged; nothing is left behind.
+        InputError: The source is damaged or has no stream; nothing is left behind.
         OutputError: The target cannot be written; nothing is left behind.
         InternalError: The result differs from the source without a loss being reported, or is unreadable.
 
@@ -127,6 +127,7 @@ def convert(
     if options.digest and not entry.keeps_digest:
         able = ", ".join(one.name for one in registry.FORMATS.values() if one.keeps_digest)
         raise UsageError(f"--digest has no meaning for {to}, which cannot hold one", hint=f"{able} can")
+    _refuse_no_streams(sequence)
     needs = entry.writer.needs(write_options)
     prepared = prepare(sequence, options.selection, needs)
     _refuse_nothing(prepared, options.selection)
@@ -190,6 +191,16 @@ def _dry_run(prepared: Sequence, report: Report, progress: Progress) -> Report:
         for frame in prepared.images(["depth"]):
             progress(1, frame.load().nbytes)
     return replace(report, losses=_merge(report.losses, transform_losses(prepared)), dry_run=True)
+
+
+def _refuse_no_streams(sequence: Sequence) -> None:
+    """Refuse a recording of something else, or one with nothing readable before its damage."""
+    if not sequence.info.images and sequence.groundtruth is None and sequence.accelerometer is None:
+        raise InputError(
+            "there is nothing to convert: no images, ground truth or accelerations were found in it",
+            path=sequence.info.name,
+            hint="`tumtools info` shows what there is; --topic STREAM=TOPIC chooses a topic of a recording",
+        )
 
 
 def _refuse_nothing(prepared: Sequence, selection: Selection) -> None:

@@ -196,13 +196,18 @@ def _diff_values(
 
 
 def _diff_text(a: Sequence, b: Sequence, stream: str) -> Iterator[Difference]:
-    """Compare what the text files of a stream are, or would be."""
+    """Compare what the text files of a stream are, or would be.
+
+    A header that neither has yet is made of the same name for both: how a file is called is not its content.
+    """
+    bare = not any(stream in sequence.info.text for sequence in (a, b))
     texts = []
     for sequence in (a, b):
         stamps, values = _columns(sequence, stream)
         layout = sequence.info.text.get(stream)
         if layout is None:
-            layout = fit_layout(default_layout(stream, sequence.info.name), stamps, values)
+            name = a.info.name if bare else sequence.info.name
+            layout = fit_layout(default_layout(stream, name), stamps, values)
         texts.append(render(layout, stream, stamps, values).split(b"\n"))
     differing = [number for number, lines in enumerate(zip(*texts, strict=False), 1) if lines[0] != lines[1]]
     extra = abs(len(texts[0]) - len(texts[1]))

@@ -89,7 +89,7 @@ def _is_same_file(file: IO[str], path: Path) -> bool:
 
 
 def refuse_existing(target: Path, *, force: bool) -> None:
-    """Refuse a target that exists, unless it may be replaced.
+    """Refuse a target that exists, unless it may be replaced; devices and the like never are.
 
     Raises:
         UsageError: It exists.
@@ -99,6 +99,8 @@ def refuse_existing(target: Path, *, force: bool) -> None:
         raise UsageError(
             "the target exists", path=target, hint="name another one, or replace it with --force"
         )
+    if target.exists() and not (target.is_file() or target.is_dir() or target.is_symlink()):
+        raise UsageError("the target is neither a file nor a folder", path=target, hint="name another one")
 
 
 def output_error(error: OSError, target: Path) -> OutputError:

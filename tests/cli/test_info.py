@@ -85,6 +85,27 @@ def test_what_is_no_sequence_is_exit_4_and_names_the_path(
     assert captured.err.startswith(f"error: {path}")
 
 
+@pytest.mark.parametrize(
+    ("inside", "hint"),
+    [("x.db3", "name what is in it: x.db3"), ("bag/metadata.yaml", "name what is in it: bag\n")],
+)
+def test_a_folder_around_recordings_names_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], inside: str, hint: str
+) -> None:
+    (tmp_path / inside).parent.mkdir(exist_ok=True)
+    (tmp_path / inside).write_text("rosbag2_bagfile_information:")
+    assert run(["info", str(tmp_path)]) == 4
+    assert hint in capsys.readouterr().err
+
+
+def test_the_description_of_a_recording_names_its_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:")
+    assert run(["info", str(tmp_path / "metadata.yaml")]) == 4
+    assert "name the folder that it is in" in capsys.readouterr().err
+
+
 @pytest.mark.real
 def test_the_incomplete_published_sequence(real_data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["info", str(real_data / "malformed" / "incomplete")]) == 0

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 
 from tumtools.convert import ConvertOptions, convert
 from tumtools.formats.options import WriteOptions
@@ -54,6 +55,17 @@ def test_a_file_that_was_cut_off_is_named(tmp_path: Path, to: str, name: str) ->
     findings = validate(path).findings
     assert "TUM701" in _codes(findings)
     assert {f.code for f in findings if f.severity is Severity.ERROR} <= {"TUM701", "TUM001", "TUM005"}
+
+
+def test_a_recording_with_nothing_of_a_sequence_does_not_pass(tmp_path: Path) -> None:
+    """A bag of other topics, or one whose recorder saw no message."""
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2", library="test")
+        writer.finish()
+    findings = validate(tmp_path / "a.mcap").findings
+    assert [(one.code, one.severity) for one in findings] == [("TUM001", Severity.ERROR)]
+    assert "no images" in findings[0].message
 
 
 @pytest.mark.parametrize("content", [b"", b"no format at all", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n"])

@@ -49,6 +49,8 @@ def command(
         frames = sum(info.count for info in first.info.images.values())
         with output.progress_bar("diff", frames) as bar:
             result = diff(first, second, limits, jobs=jobs, progress=bar)
+    if not (result.differences or result.images or result.rows):
+        output.warning("neither has a stream with anything in it: nothing was compared")
     differences = [one for one in result.differences if not (ignore_text and one.what == "text")]
     if as_json:
         output.print_json(

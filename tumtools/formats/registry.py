@@ -209,6 +209,9 @@ FORMATS: Final[dict[str, Format]] = {
     )
 }
 
+_FILES = (".bag", ".db3", ".mcap", ".tgz")
+_ALONE = (*(f"*{suffix}" for suffix in _FILES), "*/metadata.yaml", "*/rgb.txt")
+"""What somebody may mean who names a folder around it."""
 _TRAJECTORY = re.compile(rb"(\xef\xbb\xbf)?\s*(#|[-+]?\d+(\.\d*)?([eE]\+\d+)?[,\s])")
 
 
@@ -242,15 +245,21 @@ def detect(path: Path) -> Format:
         if count:
             return best
         known = ", ".join(marker for entry in FORMATS.values() for marker in entry.markers)
-        raise InputError(f"no sequence in this folder: none of {known}", path=path)
+        found_in = [name.relative_to(path) for one in _ALONE for name in path.glob(one)]
+        inside = sorted(str(name if name.suffix in _FILES else name.parent) for name in found_in)
+        hint = f"name what is in it: {', '.join(inside[:5])}" if inside else None
+        raise InputError(f"no sequence in this folder: none of {known}", path=path, hint=hint)
     head = _read_head(path)
     for entry in FORMATS.values():
         if entry.content is not None and entry.content.match(head):
             return entry
     if _TRAJECTORY.match(head):
         return FORMATS["tum"]
+    part = any(path.name in entry.markers for entry in FORMATS.values())
     raise InputError(
-        f"no format of tumtools begins with {head[:12]!r}", path=path, hint="see: tumtools formats"
+        f"no format of tumtools begins with {head[:12]!r}",
+        path=path,
+        hint="name the folder that it is in" if part else "see: tumtools formats",
     )
 
 

@@ -19,6 +19,7 @@ from tumtools.convert import convert
 from tumtools.digest import digest
 from tumtools.errors import InputError, TumtoolsError, UnsupportedInputError
 from tumtools.formats.mcap import reader
+from tumtools.formats.mcap.file import McapFile
 from tumtools.formats.mcap.records import CHUNK_HEADER, MAGIC, Op, record, string
 from tumtools.formats.options import ReadOptions, WriteOptions
 from tumtools.images.codec import pixels_of
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 FLIPS = 1000
 CUTS = 150
+CHUNK_CRC = struct.Struct("<I")
 
 
 def _ours(path: Path, **options: object) -> bytes:
@@ -77,6 +79,44 @@ def test_what_stands_before_the_cut_can_be_salvaged(tmp_path: Path) -> None:
     assert counts == sorted(counts)
     assert counts[0] == 0
     assert counts[-1] == 8
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_salvage_leaves_out_a_damaged_chunk_that_the_index_knows_nothing_of(
+    tmp_path: Path, compression: str
+) -> None:
+    path = tmp_path / "x.mcap"
+    times = [START + n * SECOND // 30 for n in range(3)]
+    sequence = Memory({"rgb": times, "depth": times}, accelerometer=accelerometer(*times), encoding="rgb8")
+    convert(sequence, path, "mcap", WriteOptions(color_encoding="rgb8", compression=compression))
+    places = [place.offset for place in McapFile(path).chunks]
+    data = bytearray(path.read_bytes())
+    data[places[0] + 9 + CHUNK_HEADER.size + 60] ^= 0xFF
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="chunk") as caught:
+        _read_all(path)
+    assert "--salvage" in (caught.value.hint or "")
+    with open_source(path, ReadOptions(salvage=True)) as found:
+        assert any(f"offset {places[0]}" in text for text in found.info.warnings)
+        for frame in found.images():
+            pixels_of(frame.load())
+
+
+def test_a_salvage_uses_what_stands_before_the_damage_in_a_chunk_without_a_checksum(tmp_path: Path) -> None:
+    whole = tmp_path / "whole.mcap"
+    data = bytearray(_ours(whole, compression="none"))
+    file = McapFile(whole)
+    place = file.chunks[0].offset
+    CHUNK_CRC.pack_into(data, place + 9 + CHUNK_HEADER.size - 4, 0)
+    inner = [at for _, _, at in file.inner(file.chunk(0), place)]
+    start = data.index(bytes(file.chunk(0)[:16]), place)
+    data[start + inner[-1] + 1 : start + inner[-1] + 9] = b"\xff" * 8
+    (tmp_path / "x.mcap").write_bytes(data)
+    with open_source(tmp_path / "x.mcap", ReadOptions(salvage=True, lenient=True)) as found:
+        frames = [pixels_of(frame.load()) for frame in found.images()]
+        assert found.accelerometer is not None
+        assert len(frames) + len(found.accelerometer) > 0
+        assert any("does not fit" in text for text in found.info.warnings)
 
 
 @pytest.mark.parametrize("options", [{}, {"archive": True}], ids=["default", "archive"])

@@ -89,6 +89,15 @@ def test_frames_and_topics_can_be_named(tmp_path: Path) -> None:
         assert sequence.info.images["rgb"].source == "/eye"
 
 
+@pytest.mark.parametrize(
+    "topics",
+    [{"rgb": "/a", "depth": "/a"}, {"groundtruth": "/tf"}, {"accelerometer": "/camera/rgb/camera_info"}],
+)
+def test_one_topic_for_two_things_is_refused(tmp_path: Path, topics: dict[str, str]) -> None:
+    with pytest.raises(UsageError, match="two streams would be written to the topic"):
+        _messages(tmp_path / "x.mcap", topics=topics)
+
+
 def test_the_calibration_is_that_of_the_camera(tmp_path: Path) -> None:
     found = _messages(tmp_path / "x.mcap")
     info = found["/camera/rgb/camera_info"][0]

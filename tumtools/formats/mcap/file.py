@@ -42,6 +42,7 @@ _STATISTICS: Final = struct.Struct("<QHIIIIQQ")
 _RELEASE_BYTES: Final = 1 << 24
 TOUCHED_BYTES: Final = 1 << 16
 """What the system maps around a small record that is read."""
+_DAMAGED: Final = "the file is damaged; get it again, or leave this chunk out with --salvage"
 _CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
 
 
@@ -119,7 +120,8 @@ class McapFile:
         if bytes(self.data[: len(MAGIC)]) != MAGIC:
             raise self.error("not a MCAP file", 0)
         try:
-            if not self._read_summary():
+            # An index tells nothing of damage inside of a chunk, so a salvage reads them all.
+            if not self._read_summary() or self._salvage:
                 self._scan()
         except InputError as error:
             self.read_without_index(error)
@@ -133,7 +135,7 @@ class McapFile:
         """
         if not self._salvage:
             raise self._located(error) from error
-        self.warnings.append(f"{self._located(error)}; what stands before the damage is used")
+        self.warnings.append(f"{self._told(error)}; what stands before the damage is used")
         self._scan()
 
     def check_counts(self, found: Mapping[int, int]) -> None:
@@ -178,6 +180,10 @@ class McapFile:
         if error.path:
             return error
         return type(error)(error.message, path=self.path, location=error.location, hint=error.hint)
+
+    def _told(self, error: InputError) -> str:
+        """Return the error without its remedy, for a salvage."""
+        return f"{self.path}, {error.location}: {error.message}"
 
     def record(self, offset: int, limit: int) -> tuple[int, memoryview, int]:
         """Return opcode, content and end of a record."""
@@ -240,6 +246,7 @@ class McapFile:
         offset, end = len(MAGIC), len(self.data)
         self._start_again()
         while offset < end:
+            op = 0
             try:
                 op, content, following = self.record(offset, end)
                 if op in {Op.FOOTER, Op.DATA_END}:
@@ -254,8 +261,10 @@ class McapFile:
             except InputError as error:
                 if not self._salvage:
                     raise
-                self.warnings.append(f"{self._located(error)}; what stands before is used")
-                return
+                if op != Op.CHUNK:
+                    self.warnings.append(f"{self._told(error)}; what stands before is used")
+                    return
+                self.warnings.append(f"{self._told(error)}; the rest of this chunk is left out")
             offset = following
 
     def _take_record(self, op: int, content: memoryview, offset: int) -> None:
@@ -301,16 +310,19 @@ class McapFile:
     def _scan_chunk(self, offset: int) -> None:
         number = len(self.chunks)
         self.chunks.append(ChunkPlace(offset, {}))
+        used = False
         try:
             records = self.chunk(number)
             for op, content, place in self.inner(records, offset):
                 if op == Op.MESSAGE:
                     channel, _, time, _ = MESSAGE_HEADER.unpack_from(content)
                     self._note(channel, time, number, place)
+                    used = True
                 else:
                     self._take_record(op, content, offset)
         except InputError:
-            self.chunks.pop()
+            if not used:
+                self.chunks.pop()
             raise
 
     def inner(self, records: memoryview, offset: int) -> Iterator[tuple[int, memoryview, int]]:
@@ -360,7 +372,7 @@ class McapFile:
         if len(records) != size:
             raise self.error(f"the chunk has {len(records)} bytes, its header says {size}", offset)
         if crc and isal_zlib.crc32(records) != crc:
-            raise self.error("the CRC of the chunk is wrong", offset, "the file is damaged; get it again")
+            raise self.error("the CRC of the chunk is wrong", offset, _DAMAGED)
         return records
 
     def _unpack(self, packed: memoryview, compression: str, size: int, offset: int) -> memoryview:
@@ -378,5 +390,5 @@ class McapFile:
                 # A size that the frame itself gives would be allocated whatever the limit is.
                 return memoryview(zstandard.ZstdDecompressor().decompress(packed, max_output_size=size + 1))
         except (zstandard.ZstdError, RuntimeError, ValueError, EOFError) as error:
-            raise self.error(f"the chunk cannot be decompressed: {error}", offset) from error
+            raise self.error(f"the chunk cannot be decompressed: {error}", offset, _DAMAGED) from error
         raise self.error(f"the chunk's data says it has {promised} bytes, its header says {size}", offset)

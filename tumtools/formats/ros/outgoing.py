@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.errors import OutputError
+from tumtools.errors import OutputError, UsageError
 from tumtools.formats import metadata
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.ros import messages, serialise
@@ -222,11 +222,22 @@ def outgoing(sequence: Sequence, style: Style) -> Outgoing:
             add("tf", TF_TOPIC, messages.TF_MESSAGE)
         if style.groundtruth in {"pose", "both"}:
             add("groundtruth", topics["groundtruth"], messages.POSE_STAMPED)
+    _check_topics(channels)
     kept = metadata.gather(sequence, places)
     if style.depth_encoding != "png":
         kept = replace(kept, depth_units_per_metre=None)  # the message says it
     strings = metadata.to_strings(kept)
     return Outgoing(tuple(channels), strings, tuple(_warnings(sequence, style)), sequence, style, numbers)
+
+
+def _check_topics(channels: list[OutChannel]) -> None:
+    """Refuse two kinds of messages under one name, which no reader could tell apart."""
+    topics = [channel.topic for channel in channels]
+    for topic in topics:
+        if topics.count(topic) > 1:
+            raise UsageError(
+                f"two streams would be written to the topic {topic}", hint="name another one with --topic"
+            )
 
 
 def _info_topics(style: Style, streams: list[str]) -> dict[str, str]:

@@ -16,7 +16,7 @@ from tumtools.validate.rule import Found, rule
 from tumtools.validate.subject import ProblemKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from tumtools.validate.rule import Limits
     from tumtools.validate.subject import Subject, TextFile
@@ -29,11 +29,11 @@ _HEADER_LINES: Final = 3
     "TUM001",
     "missing-file",
     Severity.ERROR,
-    title="A list file, or an image that a list names, is missing.",
+    title="A list file, an image that a list names, or everything is missing.",
     why="A reader that goes by the lists fails in the middle of a run, or skips frames without a word.",
     how=(
         "Every file name of the image lists is looked up in the folder or archive; a folder of "
-        "images needs its list."
+        "images needs its list. A recording needs one stream of a sequence."
     ),
     mend="Get the sequence again, or take the rows without a file out of the list (`validate --fix`).",
     fixable=True,
@@ -44,14 +44,20 @@ def missing_file(subject: Subject, limits: Limits) -> Iterator[Found]:
     for error in subject.damage:
         if isinstance(error, MissingInputError):
             yield Found(error.message, NOWHERE, error.hint or "")
+    if subject.info is not None and not subject.damage and not subject.all_stamps:
+        yield Found("there are no images, no ground truth and no accelerations", NOWHERE)
     if subject.sizes is None:
         return
     for stream, names in subject.names.items():
         for row, name in enumerate(names):
             if name not in subject.sizes:
                 yield Found(f"the image {name} is missing", subject.place(stream, row))
+    yield from _missing_lists(subject, subject.sizes)
+
+
+def _missing_lists(subject: Subject, sizes: Mapping[str, int]) -> Iterator[Found]:
     for stream in IMAGE_STREAMS:
-        images = sum(name.startswith(f"{stream}/") for name in subject.sizes)
+        images = sum(name.startswith(f"{stream}/") for name in sizes)
         if images and stream not in subject.texts:
             yield Found(f"{stream}.txt is missing, {stream}/ has {images} files", Place(f"{stream}.txt"))
     if subject.names and "rgb" not in subject.texts and not _has_folder(subject, "rgb"):

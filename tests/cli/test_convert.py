@@ -178,3 +178,11 @@ def test_the_published_sequence_to_mcap_and_back(real_sequence: Path, tmp_path: 
     assert back == {name: expected[name] for name in back}
     assert {"rgb.txt", "depth.txt", "groundtruth.txt", "accelerometer.txt"} <= back.keys()
     assert len(back) == 184
+
+
+@pytest.mark.parametrize(("option", "value"), [("--depth-encoding", "16UC1"), ("--color-encoding", "bgr8")])
+def test_archive_and_another_encoding_exclude_each_other(tmp_path: Path, option: str, value: str) -> None:
+    source = Path(__file__).parents[2] / "fixtures" / "full"
+    arguments = ["convert", str(source), str(tmp_path / "x.mcap"), "--to", "mcap", "--archive", option, value]
+    assert run(arguments) == 2
+    assert not list(tmp_path.iterdir())

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import click
 
 from tumtools.cli import options, output
@@ -41,9 +43,13 @@ def command(
 ) -> int:
     """Compare the contents of A and B, of any formats. Exit code 0 if they are the same, 1 if not."""
     from tumtools.diff import Tolerances, diff
+    from tumtools.errors import UsageError
     from tumtools.sources import open_source
 
     read = options.make_read_options(topics, salvage)
+    for value in (stamp_tolerance, value_tolerance, depth_tolerance):
+        if not math.isfinite(value):
+            raise UsageError(f"a tolerance of {value} is no number that differences can be held against")
     limits = Tolerances(round(stamp_tolerance * 1e9), value_tolerance, depth_tolerance, colour_tolerance)
     with open_source(a, read) as first, open_source(b, read) as second:
         frames = sum(info.count for info in first.info.images.values())

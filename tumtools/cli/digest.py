@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @click.command(name="digest")
 @options.source_argument
-@click.option("--deep", is_flag=True, help="Print a line of JSON for each image first.")
+@click.option("--deep", is_flag=True, help="Print the digest of each image, too; as lines of JSON.")
 @click.option("--check", "compare", is_flag=True, help="Compare SOURCE with the digest that it carries.")
 @options.read_options
 @options.jobs_option
@@ -56,14 +56,16 @@ def _print_digest(source: str, sequence: Sequence, jobs: int, *, deep: bool, as_
     frames = sum(info.count for info in sequence.info.images.values())
     with output.progress_bar("digest", frames) as bar:
         result = digest(sequence, jobs=jobs, deep=deep, progress=bar)
-    for stream, stamp, value in result.frames:
-        click.echo(json.dumps({"stream": stream, "stamp": str(stamp), "sha256": value}))
+    frames_found = [
+        {"stream": stream, "stamp": str(stamp), "sha256": value} for stream, stamp, value in result.frames
+    ]
     if as_json:
         streams = {name: {"count": one.count, "sha256": one.value} for name, one in result.streams.items()}
-        output.print_json(
-            {"source": source, "digest_version": VERSION, "sha256": result.value, "streams": streams}
-        )
+        document = {"source": source, "digest_version": VERSION, "sha256": result.value, "streams": streams}
+        output.print_json(document | ({"frames": frames_found} if deep else {}))
         return
+    for frame in frames_found:
+        click.echo(json.dumps(frame))
     output.print_table([(name, str(one.count), one.value) for name, one in sorted(result.streams.items())])
     click.echo(f"{result.value}  {source}")
 

@@ -310,6 +310,11 @@ def check_options(target: Format, options: WriteOptions) -> None:
 
     """
     known = target.options
+    if options.archive:
+        for name in ("color_encoding", "depth_encoding"):
+            if getattr(options, name) not in {None, "png"}:
+                flag = f"--{name.replace('_', '-')} {getattr(options, name)}"
+                raise UsageError(f"--archive keeps PNG files, {flag} does not", hint="leave one of them out")
     for name in options.__dataclass_fields__:
         value = getattr(options, name)
         if name in {"jobs", "cameras"} or not value:

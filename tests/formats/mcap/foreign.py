@@ -80,7 +80,9 @@ class Foreign:
         seconds, nanoseconds = divmod(stamp, 10**9)
         return {"seq": 0, "stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": frame_id}
 
-    def image(self, topic: str, stamp: int, row: int, *, encoding: str = "bgr8", late: int = 0) -> None:
+    def image(
+        self, topic: str, stamp: int, row: int, *, encoding: str = "bgr8", late: int = 0, **values: Any
+    ) -> None:
         image = picture(
             "depth" if encoding == "16UC1" else "rgb", row, encoding=encoding if encoding != "16UC1" else None
         )
@@ -88,7 +90,15 @@ class Foreign:
         data = pixels.reshape(-1).view(np.uint8).tolist()
         sizes = {"height": image.height, "width": image.width, "step": pixels.strides[0]}
         self.write(
-            topic, messages.IMAGE, stamp, late=late, encoding=encoding, is_bigendian=0, data=data, **sizes
+            topic,
+            messages.IMAGE,
+            stamp,
+            late=late,
+            encoding=encoding,
+            is_bigendian=0,
+            data=data,
+            **sizes,
+            **values,
         )
 
     def compressed(self, topic: str, stamp: int, row: int, *, stream: str = "rgb", late: int = 0) -> None:

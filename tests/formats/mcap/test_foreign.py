@@ -11,8 +11,8 @@ import pytest
 
 from tests.formats.mcap.foreign import WRITERS, Foreign
 from tests.memory import SECOND, START, full, picture
-from tumtools.convert import convert
-from tumtools.errors import UsageError
+from tumtools.convert import ConvertOptions, convert
+from tumtools.errors import InputError, LossRefusedError, UsageError
 from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.options import ReadOptions
 from tumtools.images.codec import canonical, pixels_of
@@ -236,3 +236,25 @@ def test_real_recordings(real_data: Path, name: str) -> None:
     with open_source(real_data / "bags" / name, ReadOptions(lenient=True)) as sequence:
         assert sequence.info.not_carried
         assert all(loss.why for loss in sequence.info.not_carried)
+
+
+def test_frame_ids_that_change_within_a_stream_are_a_loss(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    with Foreign(path) as file:
+        for row, stamp in enumerate(STAMPS):
+            file.image("/camera/color/image_raw", stamp, row, frame_id=f"camera{row % 2}")
+    with open_source(path) as sequence:
+        (loss,) = sequence.info.not_carried
+        assert (loss.stream, loss.what, loss.count) == ("rgb", "frame ids of single messages", 2)
+        with pytest.raises(LossRefusedError):
+            convert(sequence, tmp_path / "y.mcap", "mcap", options=ConvertOptions(strict=True))
+
+
+@pytest.mark.parametrize("to", ["tum", "mcap", "rosbag1", "rosbag2", "rawlog"])
+def test_a_recording_without_any_stream_is_no_input(tmp_path: Path, to: str) -> None:
+    path = tmp_path / "x.mcap"
+    with Foreign(path) as file:
+        file.other("/log", "Log", "jsonschema")
+    with open_source(path) as sequence, pytest.raises(InputError, match="nothing to convert"):
+        convert(sequence, tmp_path / "y", to)
+    assert sorted(tmp_path.iterdir()) == [path]

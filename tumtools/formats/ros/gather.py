@@ -152,6 +152,7 @@ class Gathered:
         frame_id: Frame that the poses are given in.
         tree: Transforms that the ground truth of a foreign recording is composed from.
         times: Image stream -> log times and header stamps, of foreign recordings.
+        other_frames: Image stream -> messages whose frame id is not that of the first.
 
     """
 
@@ -160,16 +161,27 @@ class Gathered:
     frame_id: str = ""
     tree: TransformTree = field(default_factory=TransformTree)
     times: dict[str, Times] = field(default_factory=dict)
+    other_frames: dict[str, int] = field(default_factory=dict)
 
 
 class _StampCollector:
-    """Collects log times and header stamps."""
+    """Collects log times and header stamps.
+
+    Attributes:
+        other_frames: Messages whose frame id is not that of the first.
+
+    """
 
     def __init__(self) -> None:
         self._found: list[tuple[int, int]] = []
+        self._frame: bytes | None = None
+        self.other_frames = 0
 
     def add(self, message: RawMessage) -> None:
         self._found.append((message.log_time, header_stamp(message)))
+        frame = _frame_id(message)
+        self._frame = frame if self._frame is None else self._frame
+        self.other_frames += frame != self._frame
 
     def flush(self) -> None:
         """Do nothing: nothing waits."""
@@ -177,6 +189,16 @@ class _StampCollector:
     def result(self) -> Times:
         table = np.array(self._found, np.int64).reshape(-1, 2)
         return table[:, 0].copy(), table[:, 1].copy()
+
+
+def _frame_id(message: RawMessage) -> bytes:
+    """Return the header's frame id, which follows its stamp in both encodings, without decoding the rest."""
+    start = _STAMP_OFFSET + 8
+    order = ">" if message.channel.encoding == "cdr" and not message.data[1] & 1 else "<"
+    if len(message.data) < start + 4:
+        return b""
+    (length,) = struct.unpack_from(order + "I", message.data, start)
+    return bytes(message.data[start + 4 : start + 4 + length])
 
 
 def gather(
@@ -218,6 +240,7 @@ def gather(
         collector = collectors.get(channel.id)
         if isinstance(collector, _StampCollector):
             result.times[stream] = collector.result()
+            result.other_frames[stream] = collector.other_frames
         elif isinstance(collector, AccelerometerCollector):
             result.accelerometer = collector.result()
         elif isinstance(collector, PoseCollector):

@@ -27,6 +27,7 @@ from tumtools.model.sequence import (
     IMAGE_STREAMS,
     Frame,
     ImageStreamInfo,
+    Loss,
     Sequence,
     SequenceInfo,
     frame_order,
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
     from tumtools.formats.ros.codec import Message
     from tumtools.formats.ros.recording import Channel, RawMessage, Recording
     from tumtools.model.image import Image
-    from tumtools.model.sequence import Loss
     from tumtools.model.text import TextLayout
 
 _WORLD: Final = "world"
@@ -90,6 +90,12 @@ class RosSequence(Sequence):
             recording, self._resolution, self._type, self._named, bodies=_BODIES, stamps=self._meta is None
         )
         self._times = found.times or self._logged()
+        why = "a sequence has one coordinate frame for each stream, that of its first message"
+        self._unused += [
+            Loss(stream, "frame ids of single messages", count, why)
+            for stream, count in found.other_frames.items()
+            if count
+        ]
         images = {stream: self._counted(stream, info) for stream, info in images.items()}
         if found.accelerometer is not None:
             order = self._to_file_order("accelerometer", found.accelerometer.stamps)

@@ -61,7 +61,7 @@ def test_every_recording_can_be_looked_at(bags: Path, name: str, rows: int) -> N
 
 
 def test_an_empty_file_and_a_bag_without_messages_are_told_apart(bags: Path) -> None:
-    with pytest.raises(InputError, match=r"empty-file\.bag: the file is empty \(0 bytes\)"):
+    with pytest.raises(InputError, match=r"empty-file\.bag.*: the file is empty \(0 bytes\)"):
         open_source(bags / "foxglove" / "empty-file.bag")
     with open_source(bags / "foxglove" / "no-messages.bag") as sequence:
         assert sequence.info.warnings == ("the recording has no messages",)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +31,6 @@ from tumtools.plot.trajectory import plot_trajectories
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from matplotlib.figure import Figure
 
@@ -80,6 +80,20 @@ def test_bytes_do_not_depend_on_the_process_or_the_users_settings(tmp_path: Path
             },
         )
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_panels_of_a_timeline_are_named_as_the_sources(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = "# ground truth trajectory\n# file: 'rgbd_dataset_freiburg1_xyz.bag'\n"
+    files = [str(tmp_path / name) for name in ("true.txt", "estimate.txt")]
+    for file in files:
+        Path(file).write_text(text + aligned_trajectory(walk(50)))
+    drawn: list[Figure] = []
+    monkeypatch.setattr("tumtools.plot.style.save", lambda figure, *_, **__: drawn.append(figure))
+    assert run(["plot", "timeline", *files, "-o", str(tmp_path / "x.svg")]) == 0
+    assert [axes.get_title("left") for axes in drawn[0].axes] == ["true", "estimate"]
+    assert run(["plot", "timeline", files[0], files[0], "-o", str(tmp_path / "x.svg")]) == 2
 
 
 def test_a_picture_is_not_empty_and_readable_in_grey(tmp_path: Path) -> None:

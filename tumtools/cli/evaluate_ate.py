@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 @click.option("--save-associations", metavar="FILE", help="Write the pairs: stamp1 x1 y1 z1 stamp2 x2 y2 z2.")
 @evaluation_options.file_options
 @options.json_option
+@click.pass_context
 def command(
+    context: click.Context,
     groundtruth: str,
     estimate: str,
     groundtruth_topic: str | None,
@@ -61,6 +63,9 @@ def command(
     from tumtools.evaluate.ate import evaluate_ate
 
     evaluation.one_output(tum_output=tum_output, json=as_json)
+    if interpolate:
+        evaluation.without_effect(context, ("max_difference", "method"), "with --interpolate")
+    evaluation.different_files(save, save_trajectory, save_associations, picture)
     true = evaluation.read_trajectory(
         groundtruth, groundtruth_topic, "--groundtruth-topic", positions_do=not interpolate
     )

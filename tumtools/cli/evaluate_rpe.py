@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import click
 
 from tumtools.cli import evaluation, evaluation_options, options, output
-from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
     from tumtools.evaluate.allpairs import AllPairsResult
@@ -18,7 +17,8 @@ if TYPE_CHECKING:
 
 _DISTANCE = ("delta", "unit")
 _FIXED_ONLY = (*_DISTANCE, "random", "max_pairs", "seed", "tum_output")
-_ALL_ONLY = ("max_difference", "method", "no_rotation")
+_MATCHING = ("max_difference", "method")
+_ALL_ONLY = (*_MATCHING, "no_rotation")
 
 
 @click.command(name="rpe")
@@ -86,13 +86,16 @@ def command(
 
     evaluation.one_output(tum_output=tum_output, json=as_json)
     if all_pairs:
-        _refuse(context, _FIXED_ONLY, "with --all-pairs")
+        evaluation.without_effect(context, _FIXED_ONLY, "with --all-pairs")
     else:
-        _refuse(context, _ALL_ONLY, "without --all-pairs")
+        evaluation.without_effect(context, _ALL_ONLY, "without --all-pairs")
     if random:
-        _refuse(context, _DISTANCE, "with --random")
+        evaluation.without_effect(context, _DISTANCE, "with --random")
     elif not max_pairs:
-        _refuse(context, ("seed",), "without --random or --max-pairs")
+        evaluation.without_effect(context, ("seed",), "without --random or --max-pairs")
+    if interpolate:
+        evaluation.without_effect(context, _MATCHING, "with --interpolate")
+    evaluation.different_files(save, picture)
     true = evaluation.read_trajectory(groundtruth, groundtruth_topic, "--groundtruth-topic")
     judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic")
     hole = evaluation.hole(interpolate, max_hole)
@@ -135,10 +138,3 @@ def command(
         click.echo("\n".join(tables.rpe_as_scripts(pairs)))
     else:
         show(result)
-
-
-def _refuse(context: click.Context, names: tuple[str, ...], where: str) -> None:
-    """Refuse options that have no effect here."""
-    for name in names:
-        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
-            raise UsageError(f"--{name.replace('_', '-')} has no effect {where}")

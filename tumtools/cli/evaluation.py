@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
 from tumtools.cli import output
 from tumtools.errors import InputError, TumtoolsError, UsageError
 
@@ -89,6 +91,21 @@ def one_output(**flags: object) -> None:
     chosen = [f"--{name.replace('_', '-')}" for name, value in flags.items() if value]
     if len(chosen) > 1:
         raise UsageError(f"{' and '.join(chosen)} cannot be had together")
+
+
+def without_effect(context: click.Context, names: tuple[str, ...], where: str) -> None:
+    """Refuse options that would have no effect."""
+    for name in names:
+        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
+            raise UsageError(f"--{name.replace('_', '-')} has no effect {where}")
+
+
+def different_files(*paths: str | None) -> None:
+    """Refuse to write two results to the same file."""
+    given = [path for path in paths if path]
+    for path in given:
+        if given.count(path) > 1:
+            raise UsageError("two results cannot be written to the same file", path=path)
 
 
 def print_notes(notes: tuple[str, ...]) -> None:

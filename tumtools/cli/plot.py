@@ -92,7 +92,11 @@ def timeline(
 
     with ExitStack() as stack:
         reading = options.make_read_options(topics, salvage)
-        sequences = [stack.enter_context(open_source(source, reading)) for source in sources]
+        sequences = {
+            _label(source, sources): stack.enter_context(open_source(source, reading)) for source in sources
+        }
+        if len(sequences) < len(sources):
+            raise UsageError("a source is named twice")
         save(plot_timeline(sequences, title), target, force=force)
 
 

@@ -16,7 +16,7 @@ from tumtools.model.time import format_stamp
 from tumtools.plot.style import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION, gaps, new_figure, style
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence as Items
+    from collections.abc import Mapping
 
     import numpy.typing as npt
     from matplotlib.axes import Axes
@@ -72,18 +72,18 @@ def spans(stamps: npt.NDArray[np.int64], start: int, end: int) -> Spans:
     )
 
 
-def plot_timeline(sequences: Items[Sequence], title: str | None = None) -> Figure:
+def plot_timeline(sequences: Mapping[str, Sequence], title: str | None = None) -> Figure:
     """Draw when each stream has items; a panel for each sequence.
 
     Args:
-        sequences: Open sequences.
+        sequences: Open sequences, by what to write above their panels.
         title: Above the picture.
 
     Raises:
         InputError: A sequence has no stamps at all.
 
     """
-    streams = [_streams(sequence) for sequence in sequences]
+    streams = [_streams(sequence) for sequence in sequences.values()]
     rows = sum(map(len, streams))
     with style():
         figure = new_figure(7.6, 0.42 * rows + 0.95 * len(streams) + 0.2)
@@ -93,9 +93,9 @@ def plot_timeline(sequences: Items[Sequence], title: str | None = None) -> Figur
             squeeze=False,
             gridspec_kw={"height_ratios": [len(each) + 0.6 for each in streams]},
         )[:, 0]
-        for axes, sequence, each in zip(panels, sequences, streams, strict=True):
+        for axes, name, each in zip(panels, sequences, streams, strict=True):
             _panel(axes, each)
-            axes.set_title(sequence.info.name)
+            axes.set_title(name)
         if title:
             figure.suptitle(title)
     return figure

@@ -6,13 +6,14 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.batch.batches import FIXTURES, FOUR_TARGETS
 from tumtools.batch.manifest import read_manifest
-from tumtools.batch.plan import Plan, make_plan
+from tumtools.batch.plan import Plan, make_plan, task_id
 from tumtools.batch.plan_file import read_plan, write_plan
 from tumtools.errors import InputError
 
@@ -128,6 +129,16 @@ def test_edited_plans_are_refused(folder: Path, change: str) -> None:
     path.write_text(json.dumps(document))
     with pytest.raises(InputError, match="not edited"):
         read_plan(path)
+
+
+@pytest.mark.parametrize("output", ["../x.mcap", "/etc/x", "a//b", ".tumtools/ledger/x"])
+def test_plans_of_strangers_cannot_write_elsewhere(folder: Path, output: str) -> None:
+    plan = plan_of(folder, '[[target]]\nto = "mcap"\n')
+    task = plan.tasks[0]
+    forged = replace(task, output=output, id=task_id(task.source, task.target, output, plan.policy))
+    write_plan(replace(plan, tasks=(forged,)), folder / "plan.json")
+    with pytest.raises(InputError, match="not what its id says"):
+        read_plan(folder / "plan.json")
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema_version": 1}', '{"schema_version": 9}'])

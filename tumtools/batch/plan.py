@@ -126,14 +126,23 @@ def _output(manifest: Manifest, source: Source, target: Target) -> str:
         target=target.label,
         camera=source.camera or "unknown",
     )
-    parts = output.split("/")
-    if any(part in {"", ".", ".."} for part in parts) or parts[0] == LEDGER_FOLDER or "\0" in output:
+    if not is_output_name(output):
         raise InputError(
             f"{source.uri} would be written to {output!r}, which is no name below the destination",
             path=manifest.path,
             hint="change template, or give the source a label",
         )
     return output
+
+
+def is_output_name(output: str) -> bool:
+    """Whether a name stays below the destination, and out of the ledger."""
+    parts = output.split("/")
+    return (
+        not any(part in {"", ".", ".."} for part in parts)
+        and parts[0] != LEDGER_FOLDER
+        and "\0" not in output
+    )
 
 
 def task_id(source: Source, target: Target, output: str, policy: Policy) -> str:

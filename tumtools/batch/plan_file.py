@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from tumtools.batch.expand import Source
 from tumtools.batch.manifest import Policy, Target
 from tumtools.batch.places import check_place
-from tumtools.batch.plan import Plan, Task, task_id
+from tumtools.batch.plan import Plan, Task, is_output_name, task_id
 from tumtools.errors import InputError, MissingInputError
 from tumtools.staging import staged
 
@@ -93,7 +93,9 @@ def read_plan(path: Path) -> Plan:
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise InputError(f"not a plan: {type(error).__name__} {error}", path=path, hint=_HINT) from error
     for number, task in enumerate(plan.tasks):
-        if task.id != task_id(task.source, task.target, task.output, plan.policy):
+        if not is_output_name(task.output) or task.id != task_id(
+            task.source, task.target, task.output, plan.policy
+        ):
             raise InputError(
                 "the task is not what its id says; plans are not edited",
                 path=path,

@@ -62,6 +62,21 @@ def test_a_cut_off_archive_of_unknown_checksum_is_not_trusted(place: Place, kind
     assert place.nothing_in_place()
 
 
+@pytest.mark.parametrize("harm", ["flipped bit", "zeroed header"])
+def test_a_damaged_header_is_not_the_end_of_the_archive(place: Place, harm: str) -> None:
+    data = bytearray(KINDS["tar"])
+    with tarfile.open(fileobj=io.BytesIO(data)) as archive:
+        offset = archive.getmembers()[-1].offset
+    if harm == "flipped bit":
+        data[offset + 3] ^= 1
+    else:
+        data[offset : offset + 512] = bytes(512)
+    place.serve(bytes(data), "/f/mini.tar")
+    with pytest.raises(IntegrityError, match="damaged or cut off"):
+        place.fetch(place.entry(kind="tar"))
+    assert place.nothing_in_place()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_nor_is_it_without_unpacking(place: Place, kind: str) -> None:
     place.serve(KINDS[kind][:-5000], f"/f/mini.{kind}")

@@ -18,6 +18,7 @@ import zstandard
 from isal import igzip, isal_zlib
 
 from tumtools.errors import InputError, OutputError
+from tumtools.formats.tum.headers import StrictTarInfo, check_end
 from tumtools.formats.tum.members import check_name, check_size, check_tar_member
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ class Unpacked:
     nbytes: int = 0
 
 
-class _LimitedInfo(tarfile.TarInfo):
+class _LimitedInfo(StrictTarInfo):
     """Refuses extended headers that would fill the memory."""
 
     def _proc_member(self, archive: tarfile.TarFile) -> tarfile.TarInfo:
@@ -154,8 +155,9 @@ def unpack_tar(source: Source, kind: str, folder: Path | None, label: str) -> Un
                     _write(result, name, cast("IO[bytes]", content), member.size, label)
                 else:
                     _make_folder(result, name, label)
-        while stream.read(_COPY):  # to the end: the checksum of gzip is there
-            pass
+            # To the end: the checksum of gzip is there.
+            tail = cast("IO[bytes]", archive.fileobj)
+            check_end(tail.read, tail.tell())
     except _BAD as error:
         raise InputError(
             f"the archive is damaged or cut off: {error}", path=label, location=f"after {last}"

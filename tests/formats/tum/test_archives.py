@@ -233,8 +233,8 @@ def test_a_zip_member_that_unpacks_to_more_than_it_says_is_refused(tmp_path: Pat
 def test_a_cut_archive_is_refused(tmp_path: Path, suffix: str, share: float) -> None:
     path = pack(FULL, tmp_path / f"x{suffix}")
     data = path.read_bytes()
-    # A plain tar is whole with the first of its zero blocks; the others are padding.
-    end = len(data.rstrip(b"\0")) + 512 if suffix == ".tar" else len(data)
+    # A plain tar is whole with the second of its zero blocks; the others are padding.
+    end = len(data.rstrip(b"\0")) + 1024 if suffix == ".tar" else len(data)
     path.write_bytes(data[: int(end * share)])
     with pytest.raises(InputError) as caught:
         _value(path)
@@ -250,6 +250,69 @@ def test_an_archive_that_ends_after_a_whole_member_is_refused(tmp_path: Path, su
     with pytest.raises(InputError, match="without its end marker") as caught:
         open_source(path)
     assert caught.value.location == "after member seq/rgb.txt"
+
+
+COMPRESS: dict[str, Callable[[bytes], bytes]] = {
+    ".tar": bytes,
+    ".tgz": gzip.compress,
+    ".tar.zst": zstandard.compress,
+}
+
+
+def _harm(data: bytearray, offset: int, harm: str) -> None:
+    if harm == "flipped bit":
+        data[offset + 3] ^= 1
+    else:
+        data[offset : offset + 512] = bytes(512)
+
+
+@pytest.mark.parametrize("suffix", COMPRESS)
+@pytest.mark.parametrize("layout", [tarfile.GNU_FORMAT, tarfile.PAX_FORMAT], ids=["gnu", "pax"])
+@pytest.mark.parametrize("harm", ["flipped bit", "zeroed header"])
+def test_a_damaged_header_is_not_the_end_of_the_archive(
+    tmp_path: Path, suffix: str, layout: int, harm: str
+) -> None:
+    target = io.BytesIO()
+    with tarfile.open(fileobj=target, mode="w", format=layout) as archive:
+        archive.add(FULL, "full")
+    data = bytearray(target.getvalue())
+    with tarfile.open(fileobj=io.BytesIO(data)) as archive:
+        members = archive.getmembers()
+    headers = [member.offset for member in members if member.name.startswith("full/rgb")]
+    headers += [member.offset_data - 512 for member in members if member.name.startswith("full/rgb/")][:1]
+    path = tmp_path / f"x{suffix}"
+    for offset in headers:
+        broken = bytearray(data)
+        _harm(broken, offset, harm)
+        path.write_bytes(COMPRESS[suffix](bytes(broken)))
+        with pytest.raises(
+            InputError, match=r"header at offset \d+|behind its end marker|end of file header|bad checksum"
+        ) as caught:
+            open_source(path).close()
+        assert caught.value.location
+        assert caught.value.location.startswith("after member full")
+
+
+@pytest.mark.parametrize("suffix", COMPRESS)
+def test_an_archive_ends_with_two_zero_blocks_and_nothing_but_zeros(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"x{suffix}"
+    content = tar([file("seq/rgb.txt", b"# nothing\n")])[:1024]
+    path.write_bytes(COMPRESS[suffix](content + bytes(1024)))
+    open_source(path).close()
+    path.write_bytes(COMPRESS[suffix](content + bytes(512)))
+    with pytest.raises(InputError, match="without its end marker"):
+        open_source(path)
+    path.write_bytes(COMPRESS[suffix](content + bytes(600_000) + b"x"))
+    with pytest.raises(InputError, match=r"data at offset 601024 .* behind its end marker at 1024"):
+        open_source(path)
+
+
+@pytest.mark.parametrize("suffix", [".tgz", ".tar.zst"])
+def test_data_behind_the_padding_of_a_compressed_archive_is_refused(tmp_path: Path, suffix: str) -> None:
+    path = pack(FULL, tmp_path / f"x{suffix}")
+    path.write_bytes(path.read_bytes() + bytes(3000) + b"x")
+    with pytest.raises(InputError, match="behind the zeros that end the compressed data"):
+        open_source(path)
 
 
 def test_a_checksum_behind_the_end_marker_is_looked_at(tmp_path: Path) -> None:

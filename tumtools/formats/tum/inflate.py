@@ -170,8 +170,7 @@ class Cursor:
         try:
             while not self._buffer:
                 if self._inflate.eof:
-                    # Another gzip member or zstd frame may follow; zeros are padding.
-                    if not self._file.read_at(self._in, 4).strip(b"\0"):
+                    if self._is_at_end():
                         return False
                     self._inflate = self._kind()
                 block = self._file.read_at(self._in, self._inflate.block)
@@ -190,6 +189,23 @@ class Cursor:
                 path=self._file.path,
                 location=f"near offset {self._in}",
             ) from error
+        return True
+
+    def _is_at_end(self) -> bool:
+        """Tell whether nothing follows but padding, which is zeros; another gzip member or zstd frame may."""
+        offset = self._in
+        while block := self._file.read_at(offset, _BLOCK):
+            if rest := block.lstrip(b"\0"):
+                offset += len(block) - len(rest)
+                if offset == self._in:
+                    return False
+                raise InputError(
+                    "there is data behind the zeros that end the compressed data",
+                    path=self._file.path,
+                    location=f"offset {offset}",
+                    hint="the file was damaged; get it again",
+                )
+            offset += len(block)
         return True
 
 

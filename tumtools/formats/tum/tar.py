@@ -11,6 +11,7 @@ import tarfile
 from typing import TYPE_CHECKING, Final, Protocol
 
 from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.tum.headers import DAMAGED_HINT, StrictTarInfo, check_end
 from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC, RandomAccess, SeekableStream
 from tumtools.formats.tum.members import MAX_MEMBER_BYTES, check_tar_member
 from tumtools.formats.tum.storage import LIST_FILES, Storage, find_root
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _BLOCK: Final = 512
-_PIECE: Final = 1 << 18
 _MAX_HEADER_BYTES: Final = 1 << 20
 """Long names and such take a few hundred bytes."""
 
@@ -107,7 +107,7 @@ class Tar(Storage):
         last = "its beginning"
         kept = 0
         try:
-            archive = tarfile.TarFile(fileobj=_ScanFile(self._bytes))  # type: ignore[arg-type]  # it only reads
+            archive = tarfile.TarFile(fileobj=_ScanFile(self._bytes), tarinfo=StrictTarInfo)  # type: ignore[arg-type]  # it only reads
             while (member := archive.next()) is not None:
                 archive.members.clear()  # type: ignore[attr-defined]  # they would all be kept in memory
                 name = check_tar_member(member, self.label)
@@ -117,7 +117,7 @@ class Tar(Storage):
                     kept += member.size if is_text else 0
                     self._pass_over(member, name if is_text else None)
                     yield name, (member.offset_data, member.size)
-            self._finish(archive.offset)
+            check_end(self._bytes.scan, self._bytes.scanned)
         except InputError as error:
             if error.location and error.location.startswith("member"):
                 raise
@@ -125,16 +125,7 @@ class Tar(Storage):
             raise InputError(error.message, path=self.label, location=place, hint=error.hint) from error
         except (tarfile.TarError, ValueError, RecursionError) as error:
             message = f"not a readable tar archive: {error}"
-            raise InputError(message, path=self.label, location=f"after {last}") from error
-
-    def _finish(self, end: int) -> None:
-        """Check that the end marker is there, and with it the checksum of compressed data behind it."""
-        if self._bytes.scanned < end + _BLOCK:
-            hint = "the file was cut off; get it again"
-            raise InputError("the archive ends without its end marker", hint=hint)
-        if self.sequential:
-            while self._bytes.scan(_PIECE):
-                pass
+            raise InputError(message, path=self.label, location=f"after {last}", hint=DAMAGED_HINT) from error
 
     def _pass_over(self, member: tarfile.TarInfo, name: str | None) -> None:
         """Move the first pass to the end of a member; its text is kept if a name is given for it."""

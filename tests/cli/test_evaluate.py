@@ -133,6 +133,20 @@ def test_what_cannot_be_measured_ends_with_4(pair: list[str], capsys: pytest.Cap
     assert run(["evaluate", "ate", pair[0], "nowhere.txt"]) == 4
 
 
+def test_the_wrong_order_is_warned_of(
+    pair: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    slow = tmp_path / "slow.txt"
+    slow.write_text(aligned_trajectory(drifted(walk(300)).take(slice(0, None, 3))))
+    for measure in ("ate", "rpe"):
+        assert run(["evaluate", measure, pair[0], str(slow)]) == 0
+        assert capsys.readouterr().err == ""
+        assert run(["evaluate", measure, str(slow), pair[0]]) == 0
+        assert "100.0 poses a second, the ground truth 33.3: if they are the other way round, name the" in (
+            capsys.readouterr().err
+        )
+
+
 def test_interpolation(pair: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     sparse = walk(300).take(slice(None, None, 3))
     with open(pair[0], "w") as file:  # noqa: PTH123 - it is a string here

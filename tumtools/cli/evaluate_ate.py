@@ -66,10 +66,9 @@ def command(
     if interpolate:
         evaluation.without_effect(context, ("max_difference", "method"), "with --interpolate")
     evaluation.different_files(save, save_trajectory, save_associations, picture)
-    true = evaluation.read_trajectory(
-        groundtruth, groundtruth_topic, "--groundtruth-topic", positions_do=not interpolate
+    true, judged = evaluation.read_pair(
+        (groundtruth, groundtruth_topic), (estimate, estimate_topic), positions_do=(not interpolate, True)
     )
-    judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic", positions_do=True)
     with evaluation.measuring(groundtruth, estimate):
         result = evaluate_ate(
             true,

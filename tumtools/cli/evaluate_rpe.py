@@ -96,8 +96,9 @@ def command(
     if interpolate:
         evaluation.without_effect(context, _MATCHING, "with --interpolate")
     evaluation.different_files(save, picture)
-    true = evaluation.read_trajectory(groundtruth, groundtruth_topic, "--groundtruth-topic")
-    judged = evaluation.read_trajectory(estimate, estimate_topic, "--estimate-topic")
+    true, judged = evaluation.read_pair(
+        (groundtruth, groundtruth_topic), (estimate, estimate_topic), positions_do=(False, False)
+    )
     hole = evaluation.hole(interpolate, max_hole)
     result: AllPairsResult | RpeResult
     with evaluation.measuring(groundtruth, estimate):

@@ -68,6 +68,30 @@ def read_trajectory(
     return trajectory
 
 
+def read_pair(
+    groundtruth: tuple[str, str | None], estimate: tuple[str, str | None], *, positions_do: tuple[bool, bool]
+) -> tuple[Trajectory, Trajectory]:
+    """Read what is compared, and warn if it looks as if it were named in the wrong order.
+
+    Args:
+        groundtruth: Source and topic.
+        estimate: Source and topic.
+        positions_do: For each of them, whether positions without rotations do.
+
+    """
+    from tumtools.evaluate.summary import stream_statistics
+
+    true = read_trajectory(*groundtruth, "--groundtruth-topic", positions_do=positions_do[0])
+    judged = read_trajectory(*estimate, "--estimate-topic", positions_do=positions_do[1])
+    rates = [stream_statistics(each.stamps).median_rate for each in (true, judged)]
+    if rates[0] and rates[1] and rates[1] > 2.0 * rates[0]:
+        output.warning(
+            f"the estimate has {rates[1]:.1f} poses a second, the ground truth {rates[0]:.1f}: "
+            "if they are the other way round, name the ground truth first"
+        )
+    return true, judged
+
+
 @contextmanager
 def measuring(groundtruth: str, estimate: str) -> Iterator[None]:
     """Name the files in errors of what is measured."""

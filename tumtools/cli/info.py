@@ -124,7 +124,7 @@ def _print(document: dict[str, object]) -> None:
                 str(stream.get("source") or "-"),
             )
         )
-    output.print_table(rows, ("stream", "count", "first stamp", "duration s", "rate Hz", "images", "from"))
+    output.print_table(rows, ("stream", "count", "first stamp", "duration s", "median Hz", "images", "from"))
     details = document["details"]
     for title, table in details.items() if isinstance(details, dict) else ():
         click.echo(f"{title}:")

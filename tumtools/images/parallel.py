@@ -19,7 +19,12 @@ Result = TypeVar("Result")
 
 
 def ordered_map(
-    function: Callable[[Item], Result], items: Iterable[Item], jobs: int, window: int | None = None
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    jobs: int,
+    window: int | None = None,
+    *,
+    join: bool = False,
 ) -> Generator[Result, None, None]:
     """Yield `function(item)` for each item, in order, computed by threads.
 
@@ -32,6 +37,8 @@ def ordered_map(
         items: Read ahead by at most `window`.
         jobs: Threads; 1 computes in the caller's thread.
         window: Items under way; twice the threads unless told.
+        join: Wait for the threads when the generator ends early, so that `function` has no effect after
+            that. The caller must then close the generator itself and not leave that to the collector.
 
     """
     if jobs <= 1:
@@ -59,8 +66,9 @@ def ordered_map(
         if failure is not None:
             raise failure
     finally:
-        # No waiting: the garbage collector may be what ends us, inside any lock of this or another pool.
-        pool.shutdown(wait=False, cancel_futures=True)
+        # No waiting unless told: the garbage collector may be what ends us, inside any lock of this or
+        # another pool.
+        pool.shutdown(wait=join, cancel_futures=True)
 
 
 def read_ahead(items: Iterable[Item], window: int) -> Iterator[Item]:

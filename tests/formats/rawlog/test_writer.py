@@ -4,7 +4,10 @@
 
 from __future__ import annotations
 
+import errno
 import shutil
+import threading
+import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,10 +20,10 @@ from tests.formats.rawlog import made
 from tests.formats.rawlog.made import FIRST, FRAME_NS, Made, names_of, opened, written
 from tumtools.convert import convert
 from tumtools.digest import digest
-from tumtools.errors import UsageError
+from tumtools.errors import OutputError, UsageError
 from tumtools.formats.metadata import Metadata
 from tumtools.formats.options import ReadOptions, WriteOptions, no_progress
-from tumtools.formats.rawlog import writer
+from tumtools.formats.rawlog import store, writer
 from tumtools.formats.rawlog.comment import Notes, dump, parse
 from tumtools.formats.rawlog.objects import Objects
 from tumtools.formats.tum import reader as tum_reader
@@ -32,6 +35,7 @@ from tumtools.sources import open_source
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from tumtools.model.image import Image
     from tumtools.model.sequence import Sequence
 
 LOSSLESS = [
@@ -45,6 +49,36 @@ LOSSLESS = [
 
 def _images(sequence: Sequence) -> dict[tuple[str, int], bytes]:
     return {(f.stream, f.row): pixels_of(f.load()).tobytes() for f in sequence.images()}
+
+
+@pytest.mark.parametrize("fails", ["image file", "rawlog"])
+def test_on_a_full_disk_no_thread_goes_on_writing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: str
+) -> None:
+    full = OSError(errno.ENOSPC, "No space left on device")
+    lock, is_late = threading.Lock(), threading.Event()
+    encode = store.png_of
+
+    def png_of(image: Image) -> bytes | memoryview:
+        if lock.acquire(blocking=False):  # the first image, and no other
+            is_late.wait(10)
+            if fails == "image file":
+                raise full
+        else:
+            is_late.set()
+            time.sleep(0.3)  # still at work when the first one fails
+        return encode(image)
+
+    def add(self: object, stored: object) -> None:
+        raise full
+
+    monkeypatch.setattr(store, "png_of", png_of)
+    if fails == "rawlog":
+        monkeypatch.setattr(writer._ScanWriter, "add", add)
+    with pytest.raises(OutputError, match="No space left"):
+        convert(made.typical(), tmp_path / "x", "rawlog", WriteOptions(jobs=4))
+    assert [thread.name for thread in threading.enumerate() if thread.name.startswith("tumtools")] == []
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(("dialect", "compression"), LOSSLESS)

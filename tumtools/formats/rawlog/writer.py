@@ -86,9 +86,14 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     if sequence.groundtruth is not None:
         (target / GROUNDTRUTH_FILE).write_bytes(_groundtruth_text(sequence))
     store = Store(images, dialect, container, plan.files())
-    with closing(_Objects(target / f"{stem}{SUFFIX}", deflater(container))) as out:
+    # The threads write files: none may do so when an error has left here and the folder is removed.
+    images_stored = ordered_map(store, _wanted(sequence, store.names), options.jobs, join=True)
+    with (
+        closing(_Objects(target / f"{stem}{SUFFIX}", deflater(container))) as out,
+        closing(images_stored),
+    ):
         writer = _ScanWriter(out, sequence, plan, dialect, options)
-        for stored in ordered_map(store, _wanted(sequence, store.names), options.jobs):
+        for stored in images_stored:
             writer.add(stored)
             progress(1, stored.nbytes)
         writer.finish()

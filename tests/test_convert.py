@@ -204,6 +204,8 @@ def test_the_first_of_two_damaged_images_is_named_with_any_number_of_threads(
     ("options", "said"),
     [
         (WriteOptions(dialect="modern"), "--dialect has no meaning for mcap"),
+        (WriteOptions(archive=True, color_encoding="bgr8"), "--archive keeps PNG files, --color-encoding"),
+        (WriteOptions(archive=True, depth_encoding="16UC1"), "--archive keeps PNG files, --depth-encoding"),
         (WriteOptions(color_encoding="yuv"), "--color-encoding yuv is not possible for mcap"),
     ],
 )

@@ -93,6 +93,13 @@ def test_the_same_transforms_in_both_containers(bags: Path) -> None:
         assert first.groundtruth.stamps.tolist() == second.groundtruth.stamps.tolist()
 
 
+@pytest.mark.parametrize("name", ["evo/tf_example.bag", "tum_freiburg1_calibration.bag"])
+def test_transforms_that_are_nowhere_used_are_offered(bags: Path, name: str) -> None:
+    with open_source(bags / name) as sequence:
+        assert sequence.groundtruth is None
+        assert any("--topic groundtruth=/tf:WORLD.CAMERA" in text for text in sequence.info.warnings)
+
+
 def test_navigation_recording_offers_its_poses(bags: Path) -> None:
     for topic, count in (("/odom", 2639), ("/amcl_pose", 135)):
         options = ReadOptions(topics={"groundtruth": topic})

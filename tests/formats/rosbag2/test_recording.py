@@ -96,6 +96,21 @@ def test_storages_and_compressions(tmp_path: Path, storage: str, mode: str) -> N
     assert read(folder) == some_messages()
 
 
+def test_a_compressed_file_that_was_cut_is_named_itself(tmp_path: Path) -> None:
+    folder = write(tmp_path / "bag", some_messages(), "sqlite3", "file")
+    (file,) = folder.glob("*.zstd")
+    whole = zstandard.ZstdDecompressor().decompress(file.read_bytes(), max_output_size=2**24)
+    packed = zstandard.ZstdCompressor().compress(whole + bytes(range(256)) * 2**12)
+    file.write_bytes(packed[: len(packed) // 2])
+    with pytest.raises(InputError, match="the file was cut") as caught:
+        read(folder)
+    assert caught.value.path == str(file)
+    file.write_bytes(zstandard.compress(b"no database at all" * 100))
+    with pytest.raises(InputError) as caught:
+        read(folder)
+    assert caught.value.path == str(file)
+
+
 def test_channels_have_type_definition_and_count(tmp_path: Path) -> None:
     recording = Rosbag2Recording(write(tmp_path / "bag", some_messages()))
     assert [(c.topic, c.type, c.encoding, c.count) for c in recording.channels] == [

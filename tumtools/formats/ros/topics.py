@@ -87,9 +87,7 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
             if len(candidates) > 1:
                 text = _ambiguous(stream, candidates)
                 if not options.lenient:
-                    hint = (
-                        f"choose with --topic {stream}={candidates[0].topic}, or leave it out with --streams"
-                    )
+                    hint = f"choose one, as with --topic {stream}={candidates[0].topic}"
                     raise UsageError(text, path=recording.path, hint=hint)
                 warnings.append(f"{text}; choose one with --topic {stream}=TOPIC")
             elif candidates:
@@ -97,6 +95,7 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
     transforms = _transforms(recording, chosen, places)
     if "groundtruth" not in chosen or not transforms:
         frames = None
+    warnings += _offered_transforms(recording, is_known=bool("groundtruth" in chosen or transforms or places))
     infos = {
         stream: info for stream in chosen if (info := _info_channel(recording, chosen[stream])) is not None
     }
@@ -118,6 +117,18 @@ def _transforms(
     else:
         wanted = groundtruth.type in TF_TYPES and places.get("groundtruth") != groundtruth.topic
     return tuple(c for c in recording.channels if wanted and c.type in TF_TYPES and c.count != 0)
+
+
+def _offered_transforms(recording: Recording, *, is_known: bool) -> list[str]:
+    """Tell how to take the ground truth from transforms, unless it is known where it is."""
+    if is_known:
+        return []
+    topics = [channel.topic for channel in recording.channels if channel.type in TF_TYPES and channel.count]
+    moving = [topic for topic in topics if topic.strip("/") != "tf_static"]
+    return [
+        f"{topic} holds transforms; --topic groundtruth={topic}:WORLD.CAMERA takes the ground truth from them"
+        for topic in moving[:1]
+    ]
 
 
 def loss_of(channel: Channel) -> Loss:

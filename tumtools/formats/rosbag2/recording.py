@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _MAX_MESSAGE_BYTES: Final = 256 * 2**20
 _MAX_WINDOW: Final = 128 * 2**20
+_FRAME_HEADER_BYTES: Final = 18
 _STORAGES: Final = {"sqlite3": SqliteRecording, "mcap": McapRecording}
 _SUFFIXES: Final = {".db3": "sqlite3", ".mcap": "mcap"}
 
@@ -84,8 +85,14 @@ class Rosbag2Recording(Recording):
             if self._temporary is None:
                 self._temporary = tempfile.TemporaryDirectory(prefix="tumtools-")
             unpacked = Path(self._temporary.name, name)
-            _decompress_file(file, unpacked)
-            file = unpacked
+            _decompress_file(file, unpacked, salvage=salvage)
+            try:
+                return _STORAGES[storage](unpacked, salvage=salvage)
+            except InputError as error:
+                # The file that the user has, and not its copy, which is gone by then.
+                raise type(error)(
+                    error.message, path=file, location=error.location, hint=error.hint
+                ) from error
         return _STORAGES[storage](file, salvage=salvage)
 
     def messages(
@@ -185,12 +192,20 @@ def _file(folder: Path, name: str) -> Path:
     raise MissingInputError(f"the file {name!r} that {FILE_NAME} lists is missing", path=folder)
 
 
-def _decompress_file(source: Path, target: Path) -> None:
+def _decompress_file(source: Path, target: Path, *, salvage: bool) -> None:
     """Decompress a file to disk, through a window of bounded size."""
     try:
         with source.open("rb") as packed, target.open("wb") as unpacked:
+            promised = zstandard.frame_content_size(packed.read(_FRAME_HEADER_BYTES))
+            packed.seek(0)
             decompressor = zstandard.ZstdDecompressor(max_window_size=_MAX_WINDOW)
             decompressor.copy_stream(packed, unpacked)
+            if unpacked.tell() < promised and not salvage:
+                raise InputError(
+                    f"the zstd data ends after {unpacked.tell()} of {promised} bytes: the file was cut",
+                    path=source,
+                    hint="--salvage reads what comes before the damage",
+                )
             if not unpacked.tell():
                 raise InputError("the file is empty", path=source)
     except zstandard.ZstdError as error:

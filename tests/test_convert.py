@@ -12,9 +12,10 @@ import pytest
 from tests.formats.tum.archives import files_of
 from tests.made import made
 from tests.memory import Memory
-from tumtools.convert import ConvertOptions, convert, default_target, refuse_source
+from tumtools.convert import ConvertOptions, _merge, convert, default_target, refuse_source
 from tumtools.errors import InputError, LossRefusedError, MissingInputError, UsageError
 from tumtools.formats.options import WriteOptions
+from tumtools.model.sequence import Loss, sum_losses
 from tumtools.sources import open_source
 from tumtools.transform import Selection
 
@@ -119,6 +120,24 @@ def test_force_replaces_a_sequence_but_no_other_folder(folder: Path, tmp_path: P
         convert(sequence, results, "tum", options=force)
         convert(sequence, folder, "tum", options=force)
     assert files_of(results) == files_of(folder) == files_of(FULL)
+
+
+def test_files_that_are_not_carried_are_all_counted_once(folder: Path, tmp_path: Path) -> None:
+    for name in ("sub/a.txt", "sub/a/1", "sub/a/2", "sub/b.txt", "sub/b/1", "sub/c.txt", "own.md"):
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    counts = [("own.md", 1), ("sub/", 3), ("sub/a/", 2), ("sub/b/", 1)]
+    with open_source(folder) as sequence:
+        assert [(loss.stream, loss.count) for loss in sequence.info.not_carried] == counts
+        report = convert(sequence, tmp_path / "x", "tum")
+    assert [(loss.stream, loss.count) for loss in report.losses] == counts
+
+
+def test_equal_losses_are_added_and_those_told_twice_are_not() -> None:
+    one, worse = Loss("x", "w", 1, "y", 0.1, "m"), Loss("x", "w", 2, "y", 0.5, "m")
+    assert sum_losses([one, worse, one]) == (Loss("x", "w", 4, "y", 0.5, "m"),)
+    assert _merge((one, one), (sum_losses([one, one])[0],)) == sum_losses([one, one])
 
 
 @pytest.mark.parametrize("target", ["full", ".", "..", "full/../full", "link"])

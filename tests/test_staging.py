@@ -7,6 +7,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
+import socket
 import threading
 from pathlib import Path
 
@@ -125,13 +126,24 @@ def test_force_replaces_whatever_is_there(tmp_path: Path, old: str, new: str) ->
     assert _names(elsewhere) == ["kept"]
 
 
-@pytest.mark.parametrize("kind", ["pipe", "device"])
-def test_force_replaces_no_pipe_and_no_device(tmp_path: Path, kind: str) -> None:
-    target = Path("/dev/null") if kind == "device" else tmp_path / "x"
+@pytest.mark.parametrize("force", [True, False])
+@pytest.mark.parametrize("kind", ["pipe", "socket", "device", "link to a device"])
+def test_a_pipe_or_device_is_never_replaced(tmp_path: Path, kind: str, force: bool) -> None:
+    target = tmp_path / "x"
     if kind == "pipe":
         os.mkfifo(target)
-    with pytest.raises(UsageError, match="neither a file nor a folder"):
-        staging.refuse_existing(target, force=True)
+    elif kind == "socket":
+        with socket.socket(socket.AF_UNIX) as server:
+            server.bind(str(target))
+    elif kind == "link to a device":
+        target.symlink_to(os.devnull)
+    else:
+        target = Path(os.devnull)
+    before = target.lstat()
+    with pytest.raises(UsageError, match="neither a file nor a folder"), staged(target, force=force):
+        raise AssertionError
+    assert target.lstat() == before
+    assert _names(tmp_path) == ([] if kind == "device" else ["x"])
 
 
 def test_force_keeps_the_old_one_when_the_block_fails(tmp_path: Path) -> None:

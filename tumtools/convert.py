@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from tumtools.errors import InputError, InternalError, LossRefusedError, UsageError
 from tumtools.formats import registry
 from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions, no_progress
+from tumtools.model.sequence import sum_losses
 from tumtools.staging import refuse_existing, staged
 from tumtools.transform import (
     RescaledDepth,
@@ -242,8 +243,8 @@ def _refuse_other_folder(target: Path) -> None:
 
 
 def _merge(*groups: tuple[Loss, ...]) -> tuple[Loss, ...]:
-    """Join losses, the same one only once, in a stable order."""
-    return tuple(dict.fromkeys(loss for group in groups for loss in group))
+    """Join losses in a stable order; what two groups tell is told once, what one tells twice is added."""
+    return tuple(dict.fromkeys(loss for group in groups for loss in sum_losses(group)))
 
 
 def _refuse(losses: tuple[Loss, ...], target: Path) -> None:

@@ -34,10 +34,10 @@ def staged(target: Path, *, force: bool = False) -> Iterator[Path]:
 
     Args:
         target: A file or a folder. The path given has the same base name and does not exist yet.
-        force: Replace what is there.
+        force: Replace the file or folder that is there.
 
     Raises:
-        UsageError: The target exists.
+        UsageError: The target exists, or is neither a file nor a folder.
         OutputError: It cannot be written.
 
     """
@@ -91,16 +91,20 @@ def _is_same_file(file: IO[str], path: Path) -> bool:
 def refuse_existing(target: Path, *, force: bool) -> None:
     """Refuse a target that exists, unless it may be replaced; devices and the like never are.
 
+    Nor are links to them: `/dev/stdout` is one.
+
     Raises:
         UsageError: It exists.
 
     """
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        raise UsageError(
+            "the target is neither a file nor a folder", path=target, hint="name a file or folder to make"
+        )
     if os.path.lexists(target) and not force:
         raise UsageError(
             "the target exists", path=target, hint="name another one, or replace it with --force"
         )
-    if target.exists() and not (target.is_file() or target.is_dir() or target.is_symlink()):
-        raise UsageError("the target is neither a file nor a folder", path=target, hint="name another one")
 
 
 def output_error(error: OSError, target: Path) -> OutputError:

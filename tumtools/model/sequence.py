@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
     from types import TracebackType
 
     import numpy as np
@@ -61,6 +61,22 @@ class Loss:
     largest_error: float | None = None
     unit: str = ""
     alters_data: bool = True
+
+
+def sum_losses(losses: Iterable[Loss]) -> tuple[Loss, ...]:
+    """Join the entries that differ in nothing but their count and their error, in a stable order."""
+    sums: dict[Loss, Loss] = {}
+    for loss in losses:
+        key = replace(loss, count=0, largest_error=None)
+        if key in sums:
+            before = sums[key]
+            errors = [one.largest_error for one in (before, loss) if one.largest_error is not None]
+            sums[key] = replace(
+                before, count=before.count + loss.count, largest_error=max(errors, default=None)
+            )
+        else:
+            sums[key] = loss
+    return tuple(sums.values())
 
 
 @dataclass(frozen=True, slots=True)

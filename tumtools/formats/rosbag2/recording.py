@@ -21,6 +21,7 @@ from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag2.bag_info import FILE_NAME, BagInfo, read_bag_info
 from tumtools.formats.rosbag2.sqlite_reader import SqliteRecording
+from tumtools.model.sequence import sum_losses
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -71,7 +72,7 @@ class Rosbag2Recording(Recording):
             (p.digest for p in self._parts if p.digest), None
         )
         self.metadata = custom or next((p.metadata for p in self._parts if p.metadata), None)
-        self.not_carried = tuple(loss for part in self._parts for loss in part.not_carried)
+        self.not_carried = sum_losses(loss for part in self._parts for loss in part.not_carried)
         self.warnings = (*warnings, *(warning for part in self._parts for warning in part.warnings))
 
     def _open(self, file: Path, info: BagInfo, *, salvage: bool) -> Recording:

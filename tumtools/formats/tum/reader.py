@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import heapq
+from collections import Counter
 from functools import partial
-from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -235,11 +235,11 @@ class TumSequence(Sequence):
         known = {name for names in self.names.values() for name in names} | set(self.files.values())
         why = "no list of the sequence names it"
         others = sorted(self._storage.files.keys() - known)
-        for folder, names in groupby(others, lambda name: name.rpartition("/")[0]):
-            if not folder:
-                yield from (Loss(name, "file not carried over", 1, why) for name in names)
-            else:
-                yield Loss(f"{folder}/", "files not carried over", len(list(names)), why)
+        yield from (Loss(name, "file not carried over", 1, why) for name in others if "/" not in name)
+        # The files of a folder are not in one piece: a/b lies between a.txt and a/b.txt.
+        folders = Counter(name.rpartition("/")[0] for name in others if "/" in name)
+        for folder, count in sorted(folders.items()):
+            yield Loss(f"{folder}/", "files not carried over", count, why)
 
     def _warnings(self) -> Iterator[str]:
         for stream, table in self.tables.items():

@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 from tests.memory import START, Memory, accelerometer, full, groundtruth
 from tumtools.convert import convert
 from tumtools.errors import UsageError
-from tumtools.formats.options import WriteOptions
+from tumtools.formats.options import ReadOptions, WriteOptions
 from tumtools.model.camera import CameraInfo, calibration
 from tumtools.sources import open_source
 
@@ -96,6 +96,13 @@ def test_frames_and_topics_can_be_named(tmp_path: Path) -> None:
 def test_one_topic_for_two_things_is_refused(tmp_path: Path, topics: dict[str, str]) -> None:
     with pytest.raises(UsageError, match="two streams would be written to the topic"):
         _messages(tmp_path / "x.mcap", topics=topics)
+
+
+def test_one_topic_is_not_read_as_two_streams(tmp_path: Path) -> None:
+    convert(full(), tmp_path / "x.mcap", "mcap")
+    options = ReadOptions(topics={"rgb": DEPTH})
+    with pytest.raises(UsageError, match=f"{DEPTH} cannot be both rgb and depth"):
+        open_source(tmp_path / "x.mcap", options)
 
 
 def test_the_calibration_is_that_of_the_camera(tmp_path: Path) -> None:

@@ -92,6 +92,7 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
                 warnings.append(f"{text}; choose one with --topic {stream}=TOPIC")
             elif candidates:
                 chosen[stream] = candidates[0]
+    _refuse_shared(recording, chosen)
     transforms = _transforms(recording, chosen, places)
     if "groundtruth" not in chosen or not transforms:
         frames = None
@@ -117,6 +118,19 @@ def _transforms(
     else:
         wanted = groundtruth.type in TF_TYPES and places.get("groundtruth") != groundtruth.topic
     return tuple(c for c in recording.channels if wanted and c.type in TF_TYPES and c.count != 0)
+
+
+def _refuse_shared(recording: Recording, chosen: Mapping[str, Channel]) -> None:
+    """Refuse one topic as two streams: its images cannot be both."""
+    owner: dict[str, str] = {}
+    for stream, channel in chosen.items():
+        first = owner.setdefault(channel.topic, stream)
+        if first != stream:
+            raise UsageError(
+                f"the topic {channel.topic} cannot be both {first} and {stream}",
+                path=recording.path,
+                hint="choose other topics with --topic",
+            )
 
 
 def _offered_transforms(recording: Recording, *, is_known: bool) -> list[str]:

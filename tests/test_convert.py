@@ -113,7 +113,7 @@ def test_force_replaces_a_sequence_but_no_other_folder(folder: Path, tmp_path: P
     force = ConvertOptions(force=True)
     with open_source(FULL) as sequence:
         with pytest.raises(UsageError, match="a folder that holds no sequence") as caught:
-            convert(sequence, results, "mcap", options=force)
+            convert(sequence, results, "tum", options=force)
         assert caught.value.path == str(results)
         assert (results / "thesis.tex").exists()
         (results / "thesis.tex").unlink()

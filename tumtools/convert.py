@@ -11,6 +11,7 @@ from tumtools.errors import InputError, InternalError, LossRefusedError, UsageEr
 from tumtools.formats import registry
 from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions, no_progress
 from tumtools.model.sequence import sum_losses
+from tumtools.replaceable import refuse_irreplaceable
 from tumtools.staging import refuse_existing, staged
 from tumtools.transform import (
     RescaledDepth,
@@ -65,7 +66,7 @@ class ConvertOptions:
         selection: What to keep.
         strict: Refuse to lose anything.
         verify: Read the result back and compare it before it gets its name.
-        force: Replace the target.
+        force: Replace the target, if it is an older result (see `replaceable`).
         dry_run: Write nothing; tell what would be written and lost.
         digest: Keep a digest of what is written in the target, where the format can hold it.
 
@@ -145,7 +146,7 @@ def convert(
     )
     refuse_existing(target, force=options.force)
     if options.force:
-        _refuse_other_folder(target)
+        refuse_irreplaceable(target, entry)
     if options.dry_run:
         report = _dry_run(prepared, report, progress)
         if options.strict:
@@ -226,20 +227,6 @@ def refuse_source(source: Path, target: Path) -> None:
     if goal == place or goal in place.parents:
         what = "is the source" if goal == place else f"holds the source {source}"
         raise UsageError(f"the target {what}", path=target, hint="name another one")
-
-
-def _refuse_other_folder(target: Path) -> None:
-    """Let `force` replace sequences, but no other folder that happens to have the name."""
-    if not target.is_dir() or target.is_symlink() or not any(target.iterdir()):
-        return
-    try:
-        registry.detect(target)
-    except InputError:
-        raise UsageError(
-            "the target is a folder that holds no sequence; it is not replaced",
-            path=target,
-            hint="name a file or folder in it, or remove it yourself",
-        ) from None
 
 
 def _merge(*groups: tuple[Loss, ...]) -> tuple[Loss, ...]:

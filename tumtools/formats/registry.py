@@ -104,6 +104,10 @@ class Format:
         """Import the writer."""
         return cast("Writer", import_module(f"tumtools.formats.{self.package}.writer"))
 
+    def makes_folder(self, target: Path) -> bool:
+        """Tell whether a folder is written to a target of this name, and not a file."""
+        return not self.suffix and not target.name.endswith(self.suffixes)
+
     def option(self, options: WriteOptions, name: str) -> str:
         """Return the value of an option, its default if it was not given."""
         value = getattr(options, name)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -231,6 +232,41 @@ def test_the_first_of_two_damaged_images_is_named_with_any_number_of_threads(
 def test_options_of_other_formats_are_refused(tmp_path: Path, options: WriteOptions, said: str) -> None:
     with open_source(FULL) as sequence, pytest.raises(UsageError, match=said):
         convert(sequence, tmp_path / "x", "mcap", options)
+
+
+@pytest.mark.parametrize(
+    ("name", "to", "hint"),
+    [
+        ("x.zip", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
+        ("x.tar", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
+        ("x.tar.zst", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
+        ("q.TGZ", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
+        ("w.bag", "mcap", "give a name that ends with .mcap$"),
+        ("w.mcap", "rosbag1", "give a name that ends with .bag$"),
+        ("w.db3", "rosbag2", "give the name of a folder, without such a suffix$"),
+        ("w.tgz", "rawlog", "give the name of a folder, without such a suffix$"),
+    ],
+)
+def test_a_suffix_that_promises_another_container_is_refused(
+    tmp_path: Path, name: str, to: str, hint: str
+) -> None:
+    with (
+        open_source(FULL) as sequence,
+        pytest.raises(UsageError, match=f"{to} is not written to a") as caught,
+    ):
+        convert(sequence, tmp_path / name, to)
+    assert re.search(hint, str(caught.value.hint))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "to"),
+    [("x", "mcap"), ("x.MCAP", "mcap"), ("x.v1.0", "tum"), ("x.rawlog", "rawlog"), ("x", "rosbag1")],
+)
+def test_other_names_of_the_target_are_free(tmp_path: Path, name: str, to: str) -> None:
+    with open_source(FULL) as sequence:
+        convert(sequence, tmp_path / name, to)
+    open_source(tmp_path / name).close()
 
 
 def test_an_unknown_format_is_refused_with_those_there_are(tmp_path: Path) -> None:

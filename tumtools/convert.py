@@ -85,7 +85,7 @@ def default_target(source: Path, to: str) -> Path:
     target = registry.get(to)
     path = source.resolve()
     stem = path.name
-    for suffix in (".tar.gz", ".tar.zst", ".tgz", ".tar", ".zip", ".mcap", ".bag", ".rawlog", ".db3"):
+    for suffix in registry.CONTAINER_SUFFIXES:
         if path.is_file() and stem.endswith(suffix):
             stem = stem.removesuffix(suffix)
     name = f"{stem}{target.suffix}"
@@ -126,6 +126,7 @@ def convert(
     write_options, options = write_options or WriteOptions(), options or ConvertOptions()
     entry = registry.get(to)
     registry.check_options(entry, write_options)
+    registry.check_target(entry, target)
     if options.digest and not entry.keeps_digest:
         able = ", ".join(one.name for one in registry.FORMATS.values() if one.keeps_digest)
         raise UsageError(f"--digest has no meaning for {to}, which cannot hold one", hint=f"{able} can")

@@ -152,9 +152,19 @@ def test_a_wrong_crc_is_found_in_each_chunk(number: int) -> None:
     starts = offsets(bytes(data))
     assert len(starts) == 8  # IHDR PLTE tRNS IDAT IDAT IDAT IEND
     data[starts[number + 1] - 1] ^= 1
-    with pytest.raises(InputError, match="CRC of the PNG chunk") as caught:
+    with pytest.raises(InputError, match=r"CRC of the PNG chunk [A-Za-z]{4} is wrong") as caught:
         png.check(bytes(data))
     assert caught.value.location == f"offset {starts[number]}"
+    assert caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [(b"<html><body>", "begins with <html><b"), (b"\0\1" * 9, "00 01 00 01"), (b"", "begins with nothing")],
+)
+def test_what_is_there_instead_is_shown_in_words(data: bytes, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        png.header(data)
 
 
 def test_each_flipped_byte_is_found() -> None:

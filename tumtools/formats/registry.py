@@ -216,6 +216,10 @@ FORMATS: Final[dict[str, Format]] = {
 _FILES = (".bag", ".db3", ".mcap", ".tgz")
 _ALONE = (*(f"*{suffix}" for suffix in _FILES), "*/metadata.yaml", "*/rgb.txt")
 """What somebody may mean who names a folder around it."""
+CONTAINER_SUFFIXES: Final = (
+    ".tar.gz", ".tar.zst", ".tgz", ".tar", ".zip", ".mcap", ".bag", ".rawlog", ".db3"
+)  # fmt: skip
+"""What names of files end with that are read."""
 _TRAJECTORY = re.compile(rb"(\xef\xbb\xbf)?\s*(#|[-+]?\d+(\.\d*)?([eE]\+\d+)?[,\s])")
 
 
@@ -304,6 +308,26 @@ def _unzstd(file: BinaryIO) -> bytes:
         return zstandard.ZstdDecompressor().stream_reader(file, closefd=False).read(_HEAD_BYTES)
     except zstandard.ZstdError as error:
         raise zlib.error(str(error)) from error
+
+
+def check_target(entry: Format, target: Path) -> None:
+    """Refuse a target whose suffix promises a container that the format does not write.
+
+    Raises:
+        UsageError: With the names that are possible.
+
+    """
+    name = target.name.lower()
+    promised = next((suffix for suffix in CONTAINER_SUFFIXES if name.endswith(suffix)), None)
+    able = (*filter(None, (entry.suffix,)), *entry.suffixes)
+    # A rawlog's folder may have the suffix of the file in it.
+    if promised is None or target.name.endswith(able) or promised in {entry.suffix, f".{entry.name}"}:
+        return
+    names = [f"a name that ends with {' or '.join(able)}"] if able else []
+    names += [] if entry.suffix else ["the name of a folder, without such a suffix"]
+    raise UsageError(
+        f"{entry.name} is not written to a {promised} file", path=target, hint=f"give {', or '.join(names)}"
+    )
 
 
 def check_options(target: Format, options: WriteOptions) -> None:

@@ -25,6 +25,7 @@ from PIL import Image as PillowImage
 from tumtools.errors import InputError, UnsupportedInputError
 
 SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
+_DAMAGED_HINT: Final = "the file was damaged or cut off; get it again"
 HEADER_SIZE: Final = 33
 """Signature and IHDR chunk: as much as `header` needs."""
 
@@ -82,6 +83,12 @@ class PngHeader:
         return {_GREY: "mono8", _RGB: "rgb8", _PALETTE: "rgb8"}.get(self.colour_type, "rgba8")
 
 
+def _shown(data: bytes) -> str:
+    """Return bytes of a file for a message: as text, if they are, or else in hexadecimal digits."""
+    text = data.decode("ascii", "replace")
+    return (text if text.isascii() and text.isprintable() else data.hex(" ")) or "nothing"
+
+
 def header(data: bytes | memoryview) -> PngHeader:
     """Read the header from the first `HEADER_SIZE` bytes.
 
@@ -90,7 +97,7 @@ def header(data: bytes | memoryview) -> PngHeader:
 
     """
     if bytes(data[:8]) != SIGNATURE:
-        raise InputError(f"not a PNG file: it begins with {bytes(data[:8])!r}", location="offset 0")
+        raise InputError(f"not a PNG file: it begins with {_shown(bytes(data[:8]))}", location="offset 0")
     if len(data) < HEADER_SIZE or bytes(data[8:16]) != b"\0\0\0\rIHDR":
         raise InputError("a PNG file whose header chunk is missing", location="offset 8")
     width, height, bit_depth, colour_type, *methods = struct.unpack_from(">IIBBBBB", data, 16)
@@ -148,19 +155,26 @@ def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
     # The published files have about sixty chunks each, so this loop is kept short.
     while kind != b"IEND":
         if position + _CHUNK_OVERHEAD > end:
-            raise InputError("the PNG file is cut off: no IEND chunk", location=f"offset {position}")
+            raise InputError(
+                "the PNG file is cut off: no IEND chunk", location=f"offset {position}", hint=_DAMAGED_HINT
+            )
         length, kind = unpack(data, position)
         body = position + _CHUNK_HEAD.size
         following = body + length + 4
         if following > end:
             raise InputError(
-                f"the PNG chunk {kind!r} needs {length} bytes, {end - body} are left",
+                f"the PNG chunk {_shown(kind)} needs {length} bytes, {end - body} are left",
                 location=f"offset {position}",
+                hint=_DAMAGED_HINT,
             )
         if crc32(data[position + 4 : following - 4]) != int.from_bytes(
             data[following - 4 : following], "big"
         ):
-            raise InputError(f"the CRC of the PNG chunk {kind!r} is wrong", location=f"offset {position}")
+            raise InputError(
+                f"the CRC of the PNG chunk {_shown(kind)} is wrong",
+                location=f"offset {position}",
+                hint=_DAMAGED_HINT,
+            )
         if kind == b"IDAT":
             parts.append(data[body : following - 4])
         else:

@@ -146,8 +146,11 @@ def test_a_missing_image_outside_of_the_time_wanted_does_not_matter(folder: Path
 @pytest.mark.parametrize("name", ["../../../etc/passwd", "/etc/passwd", "rgb/../../x.png"])
 def test_a_list_cannot_name_files_elsewhere(folder: Path, name: str) -> None:
     _edit(folder / "rgb.txt", _rows(folder / "rgb.txt")[0][1], name)
-    with pytest.raises(InputError, match="leads outside"):
+    with pytest.raises(InputError, match="leads outside of the sequence's folder") as caught:
         open_source(folder)
+    assert caught.value.path == str(folder / "rgb.txt")
+    assert str(caught.value.location).startswith("line ")
+    assert "archive" not in str(caught.value) + str(caught.value.hint)
 
 
 def test_a_damaged_image_is_named_and_the_sequence_can_be_opened(folder: Path) -> None:

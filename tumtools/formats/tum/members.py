@@ -23,10 +23,10 @@ def check_name(name: str, archive: str) -> str:
         InputError: The name is absolute or leads out of the archive's folder.
 
     """
-    parts = [part for part in name.replace("\\", "/").split("/") if part not in {"", "."}]
     if "\0" in name:
         raise InputError("a file name with a zero byte", path=archive, location=f"member {name!r}")
-    if name.startswith(("/", "\\")) or ".." in parts or (parts and parts[0].endswith(":")):
+    parts = _parts(name)
+    if _leads_outside(name, parts):
         raise InputError(
             "the member's name leads outside of the archive",
             path=archive,
@@ -34,6 +34,32 @@ def check_name(name: str, archive: str) -> str:
             hint="do not unpack this archive; get it again from a source that you trust",
         )
     return str(PurePosixPath(*parts)) if parts else "."
+
+
+def check_listed_name(name: str, place: str, line: str | None = None) -> str:
+    """Return the normalised name of an image that a list names; see `check_name`.
+
+    Raises:
+        InputError: The name is absolute or leads out of the folder of the sequence.
+
+    """
+    parts = _parts(name)
+    if "\0" in name or _leads_outside(name, parts):
+        raise InputError(
+            f"the image name {name} leads outside of the sequence's folder",
+            path=place,
+            location=line,
+            hint="names are relative to the folder of the list, as rgb/1305031102.175304.png",
+        )
+    return str(PurePosixPath(*parts)) if parts else "."
+
+
+def _parts(name: str) -> list[str]:
+    return [part for part in name.replace("\\", "/").split("/") if part not in {"", "."}]
+
+
+def _leads_outside(name: str, parts: list[str]) -> bool:
+    return name.startswith(("/", "\\")) or ".." in parts or bool(parts and parts[0].endswith(":"))
 
 
 def check_tar_member(member: tarfile.TarInfo, archive: str) -> str:

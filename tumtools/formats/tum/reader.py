@@ -13,7 +13,7 @@ import numpy as np
 
 from tumtools.errors import InputError, MissingInputError, TumtoolsError
 from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC
-from tumtools.formats.tum.members import check_name, check_size
+from tumtools.formats.tum.members import check_listed_name, check_size
 from tumtools.formats.tum.storage import LIST_FILES, Folder, Storage, Zip
 from tumtools.formats.tum.tar import Tar
 from tumtools.formats.tum.text import Table, name_in_headers, parse
@@ -156,7 +156,7 @@ class TumSequence(Sequence):
         self.damaged: dict[str, InputError] = {}
         self.tables = {stream: self._parse(stream, name) for stream, name in self.files.items()}
         self.names = {
-            stream: tuple(self._check_name(stream, name) for name in table.names)
+            stream: tuple(self._check_name(stream, row, name) for row, name in enumerate(table.names))
             for stream, table in self.tables.items()
             if stream in IMAGE_STREAMS
         }
@@ -183,9 +183,10 @@ class TumSequence(Sequence):
             self.damaged[stream] = error
             return parse(b"", stream, self._storage.place(name))
 
-    def _check_name(self, stream: str, name: str) -> str:
+    def _check_name(self, stream: str, row: int, name: str) -> str:
         try:
-            return check_name(name, self._storage.place(self.files[stream]))
+            line = f"line {self.tables[stream].lines[row]}"
+            return check_listed_name(name, self._storage.place(self.files[stream]), line)
         except InputError:
             if not self._tolerant:
                 raise

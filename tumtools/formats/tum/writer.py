@@ -16,7 +16,7 @@ import numpy as np
 from isal import igzip
 
 from tumtools.formats.options import Needs, Plan
-from tumtools.formats.tum.members import check_name
+from tumtools.formats.tum.members import check_listed_name
 from tumtools.formats.tum.text import fit_layout, name_in_headers, render, render_rows
 from tumtools.images.codec import png_of
 from tumtools.images.parallel import ordered_map
@@ -176,7 +176,7 @@ def _image_names(sequence: Sequence, stream: str, layout: TextLayout) -> list[st
     for row, text in layout.overrides.items():
         names[row] = text.rsplit("\n", 1)[-1].replace(",", " ").split()[1]
     # Literal rows come from the source, which may be anybody's.
-    return [check_name(name, f"the list of {stream} images") for name in names]
+    return [check_listed_name(name, f"the list of {stream} images") for name in names]
 
 
 class _Sink(ABC):

@@ -237,14 +237,14 @@ def test_options_of_other_formats_are_refused(tmp_path: Path, options: WriteOpti
 @pytest.mark.parametrize(
     ("name", "to", "hint"),
     [
-        ("x.zip", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
-        ("x.tar", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
-        ("x.tar.zst", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
-        ("q.TGZ", "tum", "ends with .tgz or .tar.gz, or the name of a folder"),
+        ("x.zip", "tum", "ends with .tgz or .tar.gz, or a name without such a suffix, for a folder"),
+        ("x.tar", "tum", "ends with .tgz or .tar.gz, or a name without such a suffix, for a folder"),
+        ("x.tar.zst", "tum", "ends with .tgz or .tar.gz, or a name without such a suffix, for a folder"),
+        ("q.TGZ", "tum", "ends with .tgz or .tar.gz, or a name without such a suffix, for a folder"),
         ("w.bag", "mcap", "give a name that ends with .mcap$"),
         ("w.mcap", "rosbag1", "give a name that ends with .bag$"),
-        ("w.db3", "rosbag2", "give the name of a folder, without such a suffix$"),
-        ("w.tgz", "rawlog", "give the name of a folder, without such a suffix$"),
+        ("w.db3", "rosbag2", "give a name without such a suffix, for a folder$"),
+        ("w.tgz", "rawlog", "give a name without such a suffix, for a folder$"),
     ],
 )
 def test_a_suffix_that_promises_another_container_is_refused(
@@ -252,7 +252,7 @@ def test_a_suffix_that_promises_another_container_is_refused(
 ) -> None:
     with (
         open_source(FULL) as sequence,
-        pytest.raises(UsageError, match=f"{to} is not written to a") as caught,
+        pytest.raises(UsageError, match=f"{to} is not written to a target that ends with") as caught,
     ):
         convert(sequence, tmp_path / name, to)
     assert re.search(hint, str(caught.value.hint))

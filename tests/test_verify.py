@@ -163,9 +163,9 @@ def test_a_broken_writer_is_caught_before_the_rename(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("to", ["tum", "mcap"])
+@pytest.mark.parametrize(("to", "name"), [("tum", "out.tgz"), ("mcap", "out.mcap")])
 def test_a_result_that_cannot_be_read_is_a_bug_and_no_damaged_input(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, to: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, to: str, name: str
 ) -> None:
     def write_nothing(_: Sequence, target: Path, __: WriteOptions, ___: Progress) -> tuple[Loss, ...]:
         target.write_bytes(b"\x89MCAP0\r\n")
@@ -173,7 +173,7 @@ def test_a_result_that_cannot_be_read_is_a_bug_and_no_damaged_input(
 
     monkeypatch.setattr(registry.get(to).writer, "write", write_nothing)
     with open_source(FULL) as sequence, pytest.raises(InternalError, match="what was written cannot be read"):
-        convert(sequence, tmp_path / "out.tgz", to)
+        convert(sequence, tmp_path / name, to)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -324,9 +324,12 @@ def check_target(entry: Format, target: Path) -> None:
     if promised is None or target.name.endswith(able) or promised in {entry.suffix, f".{entry.name}"}:
         return
     names = [f"a name that ends with {' or '.join(able)}"] if able else []
-    names += [] if entry.suffix else ["the name of a folder, without such a suffix"]
+    names += [] if entry.suffix else ["a name without such a suffix, for a folder"]
+    written = target.name[-len(promised) :]
     raise UsageError(
-        f"{entry.name} is not written to a {promised} file", path=target, hint=f"give {', or '.join(names)}"
+        f"{entry.name} is not written to a target that ends with {written}",
+        path=target,
+        hint=f"give {', or '.join(names)}",
     )
 
 

@@ -27,6 +27,9 @@ from tumtools.model.time import format_stamp, parse_stamp
 COPY_BUDGET, TAR_BUDGET, MEMORY_BUDGET, START_BUDGET = 3.0, 1.5, 200e6, 0.120
 
 
+SEQUENCE = Path(__file__).parents[2] / "shared" / "data" / "rgbd_dataset_freiburg1_rpy"
+
+
 def lengthen(source: Path, target: Path, times: int) -> None:
     """Write a sequence that is `times` as long."""
     target.mkdir()
@@ -145,7 +148,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("sequence", type=Path)
+    parser.add_argument("sequence", type=Path, nargs="?", default=SEQUENCE)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument(
         "--repeat", type=int, default=10, help="how many times as long the second sequence is"

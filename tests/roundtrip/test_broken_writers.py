@@ -230,11 +230,17 @@ def test_a_replaced_target_survives_a_broken_writer(
     from tumtools.convert import ConvertOptions
 
     target = tmp_path / f"x{FORMATS[name].suffix}"
-    target.write_text("what was there")
+    convert(_sequence(), target, name)
+    before = _content(target)
     _break(monkeypatch, name, FAULTS["one pixel of colour"])
     with pytest.raises(InternalError):
         convert(_sequence(), target, name, options=ConvertOptions(force=True))
-    assert target.read_text() == "what was there"
+    assert _content(target) == before
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def _content(target: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in (target, *target.rglob("*")) if path.is_file()}
 
 
 def test_a_calibration_without_a_place_does_not_spare_the_pixels(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""TUM101 to TUM109: stamps, rates, gaps, and how the streams lie to each other."""
+"""TUM101 to TUM106: stamps as they stand in each stream."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.evaluate.associate import associate
-from tumtools.model.sequence import IMAGE_STREAMS
 from tumtools.model.time import format_stamp, parse_stamp
 from tumtools.validate.finding import Place, Severity
 from tumtools.validate.rule import Found, Limit, rule
@@ -26,15 +24,7 @@ if TYPE_CHECKING:
 
     Stamps = npt.NDArray[np.int64]
 
-_RATES_HZ: Final[dict[str, tuple[float, ...]]] = {
-    "rgb": (30.0,),
-    "depth": (30.0,),
-    "ir": (30.0,),
-    "groundtruth": (100.0, 300.0),
-    "accelerometer": (500.0,),
-}
-"""Rates of the benchmark's sensors."""
-_MIN_ROWS: Final = 10
+MIN_ROWS: Final = 10
 """Fewer rows say nothing about a rate."""
 _FLOAT32_STEP: Final = 64 * 10**9
 """Distance of neighbouring float32 at seconds since 1970, in nanoseconds (128 s from 2^30 s on)."""
@@ -52,25 +42,20 @@ def _text_of(stamp: int) -> str:
     return format_stamp(stamp, 9).rstrip("0").rstrip(".")
 
 
-def _is_recording(subject: Subject, stream: str) -> bool:
+def is_recording(subject: Subject, stream: str) -> bool:
     """Whether a stream comes at the rate of a sensor; estimates come as their program likes."""
     return not (subject.is_estimate and stream == "groundtruth")
 
 
-def _period(stamps: Stamps) -> float:
+def median_period(stamps: Stamps) -> float:
     """Median step of the distinct stamps, nanoseconds; 0 for too few of them."""
     distinct = np.unique(stamps)
-    return float(np.median(np.diff(distinct))) if len(distinct) >= _MIN_ROWS else 0.0
+    return float(np.median(np.diff(distinct))) if len(distinct) >= MIN_ROWS else 0.0
 
 
-def _mean_rate(stamps: Stamps) -> float:
-    """Return the distinct stamps per second."""
-    distinct = np.unique(stamps)
-    return (len(distinct) - 1) * 1e9 / float(distinct[-1] - distinct[0])
-
-
-def _went_through_float32(stamps: Stamps) -> bool:
-    return len(stamps) >= _MIN_ROWS and not (stamps % _FLOAT32_STEP).any() and bool(stamps.all())
+def went_through_float32(stamps: Stamps) -> bool:
+    """Whether all stamps are numbers of seconds that a float32 holds."""
+    return len(stamps) >= MIN_ROWS and not (stamps % _FLOAT32_STEP).any() and bool(stamps.all())
 
 
 @rule(
@@ -140,8 +125,8 @@ def stamp_repeated(subject: Subject, limits: Limits) -> Iterator[Found]:
 def stamp_gap(subject: Subject, limits: Limits) -> Iterator[Found]:
     """Look for long steps."""
     for stream, stamps in subject.all_stamps.items():
-        period = _period(stamps)
-        if not period or not _is_recording(subject, stream) or _went_through_float32(stamps):
+        period = median_period(stamps)
+        if not period or not is_recording(subject, stream) or went_through_float32(stamps):
             continue
         order = np.argsort(stamps, kind="stable")
         steps = np.diff(stamps[order])
@@ -173,7 +158,7 @@ def stamp_name_mismatch(subject: Subject, limits: Limits) -> Iterator[Found]:
     del limits
     for stream, names in subject.names.items():
         stamps = subject.stamps[stream]
-        if _went_through_float32(stamps) or not subject.texts[stream].is_sound:
+        if went_through_float32(stamps) or not subject.texts[stream].is_sound:
             continue
         for row, (name, stamp) in enumerate(zip(names, stamps.tolist(), strict=True)):
             named = _stamp_of_name(name)
@@ -241,7 +226,7 @@ def _guess_text(token: str) -> str:
 
 def _guess_small(stamps: Stamps) -> str:
     steps = np.diff(stamps)
-    if len(stamps) >= _MIN_ROWS and (steps == 10**9).all():
+    if len(stamps) >= MIN_ROWS and (steps == 10**9).all():
         return "it looks like frame numbers"
     if (stamps >= 0).all() and (stamps < 10**5 * 10**9).all():
         return "it looks like seconds since the start of the recording"
@@ -267,10 +252,10 @@ def _guess_small(stamps: Stamps) -> str:
 def stamp_precision(subject: Subject, limits: Limits) -> Iterator[Found]:
     """Look at the digits."""
     for stream, stamps in subject.all_stamps.items():
-        if not _is_recording(subject, stream) or len(stamps) < _MIN_ROWS:
+        if not is_recording(subject, stream) or len(stamps) < MIN_ROWS:
             continue
         place = subject.stream_place(stream)
-        if _went_through_float32(stamps):
+        if went_through_float32(stamps):
             yield Found("all stamps are multiples of 64 s: they went through float32", place)
             continue
         off = np.abs((stamps + _MICROSECOND // 2) % _MICROSECOND - _MICROSECOND // 2)
@@ -278,7 +263,7 @@ def stamp_precision(subject: Subject, limits: Limits) -> Iterator[Found]:
             yield Found("stamps lie just beside whole microseconds: they went through float64", place)
             continue
         digits = next(n for n in range(10) if not (stamps % 10 ** (9 - n)).any())
-        period = _period(stamps)
+        period = median_period(stamps)
         if period and 10 ** (9 - digits) > limits["share_of_period"] * period:
             yield Found(
                 f"{digits} decimals are too few for a period of {period / 1e6:.1f} ms",
@@ -288,157 +273,6 @@ def stamp_precision(subject: Subject, limits: Limits) -> Iterator[Found]:
             )
 
 
-@rule(
-    "TUM107",
-    "rate-off",
-    Severity.WARNING,
-    title="A stream does not come at the rate of the sensor.",
-    why=(
-        "Frames were left out or repeated, or stamps are scaled; filters tuned for the sensor's "
-        "rate go wrong."
-    ),
-    how=(
-        "The rates of the median step and of the mean step are compared with 30 Hz (images), "
-        "100 or 300 Hz (ground truth), 500 Hz "
-        "(accelerometer)."
-    ),
-    mend="Nothing to mend where the recording has another rate; ignore the rule for it.",
-    limits={"share": Limit(0.1, "of the rate", "largest deviation")},
-)
-def rate_off(subject: Subject, limits: Limits) -> Iterator[Found]:
-    """Compare median rates."""
-    for stream, stamps in subject.all_stamps.items():
-        period = _period(stamps)
-        if not period or not _is_recording(subject, stream) or _went_through_float32(stamps):
-            continue
-        rate, mean = 1e9 / period, _mean_rate(stamps)
-        rates = _RATES_HZ[stream]
-        # The published accelerometers come in bursts: 825 Hz in the median, 497 Hz in the mean.
-        if min(abs(one / expected - 1) for expected in rates for one in (rate, mean)) > limits["share"]:
-            wanted = " or ".join(f"{expected:g}" for expected in rates)
-            yield Found(
-                f"{stream} comes at {rate:.1f} Hz (median; mean {mean:.1f} Hz), the sensor's "
-                f"rate is {wanted} Hz",
-                subject.stream_place(stream),
-                measured=f"{rate:.3f} Hz",
-                expected=f"{wanted} Hz",
-            )
-
-
-@rule(
-    "TUM108",
-    "stream-offset",
-    Severity.WARNING,
-    title="Colour and depth do not lie close together in time.",
-    why="A fusion of images that are apart puts depth beside the objects that move.",
-    how=(
-        "Median distance of the nearest stamps, share of depth images with a colour image within the limit, "
-        "one-to-one pairs by the benchmark's association, longest run of depth images without a partner."
-    ),
-    mend="Associate before pairing; look for a clock offset between the streams.",
-    limits={
-        "milliseconds": Limit(20, "ms", "largest distance of a pair"),
-        "share": Limit(0.8, "of the images", "least share that has a partner"),
-        "run": Limit(30, "images", "longest run without a partner"),
-    },
-)
-def stream_offset(subject: Subject, limits: Limits) -> Iterator[Found]:
-    """Pair depth with colour."""
-    colour, depth = (
-        np.sort(subject.stamps.get(stream, np.empty(0, np.int64))) for stream in ("rgb", "depth")
-    )
-    if (
-        min(len(colour), len(depth)) < _MIN_ROWS
-        or _went_through_float32(colour)
-        or _went_through_float32(depth)
-    ):
-        return
-    low, high = max(colour[0], depth[0]), min(colour[-1], depth[-1])
-    shared_colour = colour[(colour >= low) & (colour <= high)]
-    shared = depth[(depth >= low) & (depth <= high)]
-    if min(len(shared_colour), len(shared)) < _MIN_ROWS:
-        yield Found(
-            "colour and depth images hardly overlap in time",
-            subject.stream_place("depth"),
-            measured=f"{max(int(high) - int(low), 0) / 1e9:.3f} s",
-        )
-        return
-    after = np.clip(np.searchsorted(colour, shared), 1, len(colour) - 1)
-    nearest = np.minimum(np.abs(shared - colour[after - 1]), np.abs(colour[after] - shared))
-    limit = round(limits["milliseconds"] * 1e6)
-    median, within = float(np.median(nearest)) / 1e6, float((nearest < limit).mean())
-    pairs = associate(colour, depth, max_difference=limit)
-    alone = np.ones(len(depth), bool)
-    alone[pairs.second] = False
-    run = _longest_run(alone[(depth >= low) & (depth <= high)])
-    text = (
-        f"nearest colour and depth images are {median:.1f} ms apart in the median, {within:.0%} of the depth "
-        f"images have one within {limits['milliseconds']:g} ms, {len(pairs)} pairs, longest run without {run}"
-    )
-    paired = len(pairs) / min(len(shared), len(shared_colour))
-    if median > limits["milliseconds"] or min(within, paired) < limits["share"] or run > limits["run"]:
-        yield Found(text, subject.stream_place("depth"), measured=f"{median:.3f} ms")
-
-
-def _longest_run(flags: npt.NDArray[np.bool_]) -> int:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-    return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
-
-
-@rule(
-    "TUM109",
-    "groundtruth-coverage",
-    Severity.WARNING,
-    title="Images lie outside of the ground truth, or in one of its holes.",
-    why="An evaluation silently leaves these images out, or interpolates over the hole.",
-    how=(
-        "An image is covered if a pose lies within the limit of its stamp; longer steps of the "
-        "poses are holes."
-    ),
-    mend="Nothing to mend in a recording; leave the time out of an evaluation.",
-    limits={
-        "steps": Limit(2, "median steps", "largest distance to a pose"),
-        "hole": Limit(0.5, "s", "longest step that is no hole"),
-        "share": Limit(0.05, "of the images", "share that may be uncovered"),
-    },
-)
-def groundtruth_coverage(subject: Subject, limits: Limits) -> Iterator[Found]:
-    """Look for images without poses."""
-    if subject.groundtruth is None or not _is_recording(subject, "groundtruth"):
-        return
-    poses = np.unique(subject.groundtruth.stamps)
-    step = _period(poses)
-    if not step or _went_through_float32(poses):
-        return
-    for stream in IMAGE_STREAMS:
-        stamps = subject.stamps.get(stream)
-        if stamps is None or not len(stamps):
-            continue
-        after = np.clip(np.searchsorted(poses, stamps), 1, len(poses) - 1)
-        nearest = np.minimum(np.abs(stamps - poses[after - 1]), np.abs(poses[after] - stamps))
-        bare = np.flatnonzero(nearest > limits["steps"] * step)
-        if len(bare) > limits["share"] * len(stamps):
-            yield Found(
-                f"{len(bare)} of {len(stamps)} {stream} images have no pose within "
-                f"{limits['steps'] * step / 1e6:.0f} ms",
-                subject.place(stream, int(bare[0])),
-                measured=str(len(bare)),
-                expected="0",
-            )
-    order = np.argsort(subject.groundtruth.stamps, kind="stable")
-    steps = np.diff(subject.groundtruth.stamps[order])
-    holes = np.flatnonzero(steps > limits["hole"] * 1e9)
-    if len(holes):
-        longest = int(holes[np.argmax(steps[holes])])
-        yield Found(
-            f"{len(holes)} holes in the ground truth longer than {limits['hole']:g} s, the longest of "
-            f"{int(steps[longest]) / 1e9:.2f} s ends here",
-            subject.place("groundtruth", int(order[longest + 1])),
-            measured=f"{int(steps[longest]) / 1e9:.4f} s",
-            expected=f"at most {limits['hole']:g} s",
-        )
-
-
 RULES = (
     stamp_not_increasing,
     stamp_repeated,
@@ -446,7 +280,4 @@ RULES = (
     stamp_name_mismatch,
     stamp_implausible,
     stamp_precision,
-    rate_off,
-    stream_offset,
-    groundtruth_coverage,
 )

@@ -22,7 +22,8 @@ from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.metadata import Metadata, from_strings, to_strings
 from tumtools.formats.options import WriteOptions, no_progress
 from tumtools.formats.registry import FORMATS
-from tumtools.formats.ros.outgoing import make_style, outgoing
+from tumtools.formats.ros.outgoing import outgoing
+from tumtools.formats.ros.style import make_style
 from tumtools.model.text import TextLayout
 from tumtools.sources import open_source
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.formats.mcap.container import Packing, write_mcap
 from tumtools.formats.registry import FORMATS
-from tumtools.formats.ros.outgoing import Style, make_style, outgoing, style_needs, style_plan
+from tumtools.formats.ros.outgoing import outgoing, style_plan
+from tumtools.formats.ros.style import Style, make_style, style_needs
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tumtools.formats.ros.codec import Message
 
 MILLIMETRES: Final = 1000.0
+"""Units per metre of 16UC1 depth (REP 118)."""
 _SAME: Final = {"8UC1": "mono8", "8UC3": "bgr8", "8UC4": "bgra8", "16UC1": "mono16"}
 """Encodings without a meaning of their own, where they are not depth."""
 _DEPTH: Final = {"16UC1": MILLIMETRES, "mono16": MILLIMETRES, "32FC1": 1.0}

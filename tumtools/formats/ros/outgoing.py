@@ -15,15 +15,15 @@ import numpy as np
 
 from tumtools.errors import OutputError, UsageError
 from tumtools.formats import metadata
-from tumtools.formats.options import Needs, Plan
+from tumtools.formats.options import Plan
 from tumtools.formats.ros import messages, serialise
-from tumtools.formats.ros.layouts import LAYOUTS, TF_TOPIC, Layout
+from tumtools.formats.ros.layouts import TF_TOPIC
 from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessage
+from tumtools.formats.ros.style import Style, estimated_bytes
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
 from tumtools.model.digest import to_strings
-from tumtools.model.image import ENCODINGS, Image
-from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Frame, Sequence
+from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence
 from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
 if TYPE_CHECKING:
@@ -31,74 +31,13 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from tumtools.formats.options import WriteOptions
-    from tumtools.formats.registry import Format
+    from tumtools.model.image import Image
+
 
 _SECONDS_LIMIT: Final[dict[MessageEncoding, int]] = {"cdr": 2**31, "ros1": 2**32}
 """First second that does not fit; before 1970 nothing does, since log times are unsigned."""
 _ABSENT: Final = (-1.0,) + (0.0,) * 8
 """Covariance of what is not measured (`sensor_msgs/Imu`)."""
-
-MILLIMETRES: Final = 1000.0
-"""Units per metre of 16UC1 depth (REP 118)."""
-_ZSTD_SHARE: Final = 0.2
-_MESSAGE_OVERHEAD: Final = 420
-"""About the size of a small message with its index entry."""
-
-
-@dataclass(frozen=True, slots=True)
-class Style:
-    """How to write, with all defaults filled in.
-
-    Attributes:
-        encoding: How messages are serialised.
-        layout: Topics and frames.
-        color_encoding: `png`, `rgb8` or `bgr8`.
-        depth_encoding: `png`, `32FC1` or `16UC1`.
-        groundtruth: `pose`, `tf`, `both` or `none`.
-        options: The rest.
-
-    """
-
-    encoding: MessageEncoding
-    layout: Layout
-    color_encoding: str
-    depth_encoding: str
-    groundtruth: str
-    options: WriteOptions
-
-    @property
-    def pixel_streams(self) -> frozenset[str]:
-        """Streams that are written from their pixels."""
-        raw = {"depth"} if self.depth_encoding != "png" else set()
-        return frozenset(raw | ({"rgb", "ir"} if self.color_encoding != "png" else set()))
-
-
-def make_style(encoding: MessageEncoding, entry: Format, options: WriteOptions) -> Style:
-    """Fill in the defaults of a format.
-
-    Args:
-        encoding: How messages are serialised.
-        entry: The format.
-        options: What was asked for.
-
-    """
-    layout = LAYOUTS[entry.option(options, "layout")]
-    return Style(
-        encoding=encoding,
-        layout=layout,
-        color_encoding="png" if options.archive else entry.option(options, "color_encoding"),
-        depth_encoding="png" if options.archive else entry.option(options, "depth_encoding"),
-        groundtruth=options.groundtruth or layout.groundtruth,
-        options=options,
-    )
-
-
-def style_needs(style: Style) -> Needs:
-    """Return what a writer of this style must be given: nothing is lost behind this point."""
-    units = {"16UC1": MILLIMETRES, "png": TUM_DEPTH_UNITS_PER_METRE}.get(style.depth_encoding)
-    drops = frozenset({"groundtruth"} if style.groundtruth == "none" else ())
-    return Needs(units, style.pixel_streams, drops)
 
 
 def style_plan(sequence: Sequence, style: Style, *, compressed: bool) -> Plan:
@@ -112,23 +51,6 @@ def style_plan(sequence: Sequence, style: Style, *, compressed: bool) -> Plan:
     """
     nbytes = estimated_bytes(sequence, style, compressed=compressed)
     return Plan(nbytes=nbytes, warnings=outgoing(sequence, style).warnings)
-
-
-def estimated_bytes(sequence: Sequence, style: Style, *, compressed: bool) -> int:
-    """Return about how large the messages of a sequence will be."""
-    total = 0
-    for stream, info in sequence.info.images.items():
-        raw = info.count * info.width * info.height
-        if stream not in style.pixel_streams:
-            total += info.nbytes if info.compression == "png" else raw
-        elif stream == "depth":
-            size = 4 if style.depth_encoding == "32FC1" else 2
-            total += int(raw * size * (_ZSTD_SHARE if compressed else 1))
-        else:
-            total += raw * ENCODINGS[info.encoding or "rgb8"].bytes_per_pixel
-        total += info.count * _MESSAGE_OVERHEAD
-    rows = sum(len(one) for one in (sequence.accelerometer, sequence.groundtruth) if one is not None)
-    return total + rows * _MESSAGE_OVERHEAD
 
 
 @dataclass(frozen=True, slots=True)

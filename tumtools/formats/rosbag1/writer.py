@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros import messages
 from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
-from tumtools.formats.ros.outgoing import Style, make_style, outgoing, style_needs, style_plan
+from tumtools.formats.ros.outgoing import outgoing, style_plan
 from tumtools.formats.ros.recording import OutChannel, OutMessage
+from tumtools.formats.ros.style import Style, make_style, style_needs
 from tumtools.formats.rosbag1.container import write_bag
 from tumtools.formats.rosbag1.structure import Connection
 

@@ -11,7 +11,8 @@ from tumtools.errors import UsageError
 from tumtools.formats.mcap.container import Packing, write_mcap
 from tumtools.formats.metadata import DIGEST_RECORD
 from tumtools.formats.registry import FORMATS
-from tumtools.formats.ros.outgoing import Style, make_style, outgoing, style_needs, style_plan
+from tumtools.formats.ros.outgoing import outgoing, style_plan
+from tumtools.formats.ros.style import Style, make_style, style_needs
 from tumtools.formats.rosbag2.bag_info import DISTRO_VERSIONS, FILE_NAME, Tally, format_bag_info
 from tumtools.formats.rosbag2.sqlite_writer import write_sqlite
 

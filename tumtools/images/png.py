@@ -71,12 +71,12 @@ class PngHeader:
     @property
     def is_grey16(self) -> bool:
         """Whether it can be depth."""
-        return self.bit_depth == 16 and self.colour_type == _GREY  # noqa: PLR2004
+        return self.bit_depth == 16 and self.colour_type == _GREY  # noqa: PLR2004 - bits or bytes a sample
 
     @property
     def encoding(self) -> str:
         """Encoding of the decoded pixels, 16-bit grey taken for depth."""
-        if self.bit_depth == 16:  # noqa: PLR2004
+        if self.bit_depth == 16:  # noqa: PLR2004 - bits or bytes a sample
             return "16UC1"
         if self.transparent:
             return "rgba8"
@@ -214,9 +214,9 @@ def decode(data: bytes | memoryview) -> Pixels:
 
     """
     found, parts = _chunks(memoryview(data))
-    if found.bit_depth == 16 and found.colour_type != _GREY:  # noqa: PLR2004
+    if found.bit_depth == 16 and found.colour_type != _GREY:  # noqa: PLR2004 - bits or bytes a sample
         raise UnsupportedInputError("a PNG with 16 bits a sample and colour or alpha is not supported")
-    whole_bytes = found.bit_depth >= 8 and found.colour_type in _COLOUR_TYPE.values()  # noqa: PLR2004
+    whole_bytes = found.bit_depth >= 8 and found.colour_type in _COLOUR_TYPE.values()  # noqa: PLR2004 - bits or bytes a sample
     if whole_bytes and not found.interlaced and not found.transparent:
         pixels = _decode_plain(found, parts)
         if pixels is not None:
@@ -257,7 +257,7 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
         pixels = np.add.accumulate(filtered, axis=0, dtype=np.uint8)
     else:
         pixels = filtered
-    if sample == 2:  # noqa: PLR2004
+    if sample == 2:  # noqa: PLR2004 - bits or bytes a sample
         return np.ascontiguousarray(pixels).view(">u2").astype(np.uint16).reshape(found.height, found.width)
     return pixels.reshape(found.height, found.width) if channels == 1 else pixels
 
@@ -266,7 +266,7 @@ def _decode_pillow(data: bytes | memoryview, found: PngHeader) -> Pixels:
     try:
         with PillowImage.open(io.BytesIO(data), formats=("PNG",)) as picture:
             picture.load()
-            if found.bit_depth == 16:  # noqa: PLR2004
+            if found.bit_depth == 16:  # noqa: PLR2004 - bits or bytes a sample
                 return np.asarray(picture).astype(np.uint16, copy=False)
             mode = {"mono8": "L", "rgb8": "RGB", "rgba8": "RGBA"}[found.encoding]
             return np.asarray(picture if picture.mode == mode else picture.convert(mode))
@@ -289,12 +289,12 @@ def encode(pixels: npt.NDArray[np.generic]) -> bytes:
     channels = {2: 1, 3: pixels.shape[-1]}.get(pixels.ndim, 0)
     if pixels.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or channels not in _COLOUR_TYPE:
         raise ValueError(f"cannot write {pixels.dtype} {pixels.shape} as PNG")
-    if pixels.dtype.itemsize == 2 and channels != 1:  # noqa: PLR2004
+    if pixels.dtype.itemsize == 2 and channels != 1:  # noqa: PLR2004 - bits or bytes a sample
         raise ValueError("16-bit PNG is written for grey only")
     height, width = pixels.shape[:2]
     if not height or not width:
         raise ValueError("a PNG has at least one pixel")
-    if pixels.dtype.itemsize == 2:  # noqa: PLR2004
+    if pixels.dtype.itemsize == 2:  # noqa: PLR2004 - bits or bytes a sample
         samples = pixels.astype(">u2", order="C").view(np.uint8).reshape(height, 2 * width)
     else:
         samples = np.ascontiguousarray(pixels).view(np.uint8).reshape(height, channels * width)

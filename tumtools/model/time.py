@@ -100,7 +100,7 @@ def _parse_uniform(tokens: npt.NDArray[np.bytes_]) -> npt.NDArray[np.int64] | No
         return None
     digits = np.delete(characters, dot, axis=1) - np.uint8(ord("0"))
     decimals = width - 1 - dot
-    if (digits > 9).any() or decimals > MAX_DECIMALS or dot > 10:  # noqa: PLR2004
+    if (digits > 9).any() or decimals > MAX_DECIMALS or dot > 10:  # noqa: PLR2004 - digits of int64 seconds
         return None
     if dot == 10 and int(characters[:, 0].max()) > ord("8"):  # noqa: PLR2004 - could pass int64
         return None

@@ -94,7 +94,7 @@ def synthesize(
         raise UsageError(f"frames must be 1 .. {_MAX_FRAMES}, not {frames}")
     if seed < 0:
         raise UsageError(f"the seed must not be negative: {seed}")
-    if not 8 <= min(width, height) <= max(width, height) <= _MAX_SIDE:  # noqa: PLR2004
+    if not 8 <= min(width, height) <= max(width, height) <= _MAX_SIDE:  # noqa: PLR2004 - the smallest picture that makes sense
         raise UsageError(f"images must have sides of 8 .. {_MAX_SIDE} pixels, not {width} x {height}")
     unknown = sorted(set(streams) - set(STREAMS))
     if unknown:

@@ -167,7 +167,7 @@ def books(surface: Surface) -> Floats:
     title &= middle & (fraction > top + 0.12) & (fraction < 0.8)  # noqa: PLR2004 - fractions of the spine
     spine[title] = 0.85
     spine[np.broadcast_to(fraction < top, surface.shape)] = 0.06
-    spine[np.broadcast_to((surface.u - start < 0.0025)[0], surface.shape)] *= np.float32(0.4)  # noqa: PLR2004
+    spine[np.broadcast_to((surface.u - start < 0.0025)[0], surface.shape)] *= np.float32(0.4)  # noqa: PLR2004 - metres, of this one thing
     worn: Floats = spine * (1 + 0.06 * surface.noise(0.02))[..., None]
     return worn
 
@@ -193,7 +193,7 @@ def keyboard(surface: Surface) -> Floats:
     """Paint dark keys with bright letters."""
     pitch = np.float32(0.019)
     gap = (surface.u % pitch < 0.003) | (surface.v % pitch < 0.003)  # noqa: PLR2004 - metres
-    letter = (np.abs(surface.u % pitch - 0.009) < 0.002) & (np.abs(surface.v % pitch - 0.008) < 0.003)  # noqa: PLR2004
+    letter = (np.abs(surface.u % pitch - 0.009) < 0.002) & (np.abs(surface.v % pitch - 0.008) < 0.003)  # noqa: PLR2004 - metres, of this one thing
     return surface.fill(np.where(gap, 0.35, np.where(letter, 6.0, 1.0)).astype(np.float32))
 
 

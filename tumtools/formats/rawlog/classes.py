@@ -140,7 +140,7 @@ _LABELS: Final = _set("has_labels")
 def _label_dtype(fields: Fields) -> str:
     """Labels have 1, 2, 4 or 8 bytes; 3 are stored as 4, and 5 to 7 as 8."""
     size = _int(fields, "label_bytes")
-    return "u1" if size <= 1 else "<u2" if size <= 2 else "<u4" if size <= 4 else "<u8"  # noqa: PLR2004
+    return "u1" if size <= 1 else "<u2" if size <= 2 else "<u4" if size <= 4 else "<u8"  # noqa: PLR2004 - bytes of the types
 
 
 def _label_cells(fields: Fields) -> int:

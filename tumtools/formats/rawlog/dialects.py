@@ -219,7 +219,7 @@ class ImuRows:
         self._template = np.frombuffer(CODEC.encode(record), np.uint8)
         # From the end: end mark, label with its length, values, before version 4 their count, time.
         self._values = len(self._template) - 1 - (4 + len(IMU_LABEL)) - 8 * count
-        self._time = self._values - 8 - (4 if version < 4 else 0)  # noqa: PLR2004
+        self._time = self._values - 8 - (4 if version < 4 else 0)  # noqa: PLR2004 - see above
 
     def encode(self, ticks: npt.NDArray[np.int64], values: npt.NDArray[np.float64]) -> bytes:
         """Return the objects of some rows, one after another.

@@ -223,4 +223,4 @@ def _escaped(character: str) -> str:
     code = ord(character)
     if 0x20 <= code < 0x7F:  # noqa: PLR2004 - printable ASCII
         return character
-    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - what two and four hex digits hold

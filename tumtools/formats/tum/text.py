@@ -245,7 +245,7 @@ def parse_row(text: str, stream: str) -> tuple[int, list[float], list[str]]:
     fields = [field for field in _SEPARATORS.split(text) if field]
     width = VALUES_PER_ROW.get(stream)
     if width is None:
-        if len(fields) < 2:  # noqa: PLR2004
+        if len(fields) < 2:  # noqa: PLR2004 - a stamp and a name
             raise ValueError("a stamp without a file name")
         return parse_stamp(fields[0]), [], [fields[1]]
     if len(fields) != width + 1:
@@ -265,7 +265,7 @@ def _parse_value(text: str) -> float:
 
 def _problem(number: int, text: str, stream: str, reason: str, before_rows: bool) -> Problem:
     expected = COLUMNS.get(stream, COLUMNS["list"])
-    shown = text if len(text) <= 60 else text[:57] + "..."  # noqa: PLR2004
+    shown = text if len(text) <= 60 else text[:57] + "..."  # noqa: PLR2004 - what fits into a message
     if before_rows and text[0].isalpha() and text.lower().startswith(("time", "stamp")):
         return Problem(number, f"a header line without '#': {shown!r}", is_header=True, text=text)
     return Problem(number, f"{reason}: {shown!r}; expected '{expected}'", text=text)

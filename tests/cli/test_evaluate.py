@@ -276,7 +276,7 @@ def test_nan_rows_are_warned_of(pair: list[str], capsys: pytest.CaptureFixture[s
 def test_topics_of_recordings(real_data: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     recording = str(real_data / "bags/evo/nav2_turtlebot.mcap")
     assert run(["evaluate", "ate", recording, recording]) == 2
-    assert "choose with --groundtruth-topic /" in capsys.readouterr().err
+    assert "choose one, as with --groundtruth-topic /" in capsys.readouterr().err
     assert run(["evaluate", "ate", recording, recording, "--groundtruth-topic", "/no"]) == 2
     assert "--groundtruth-topic /no: no such topic" in capsys.readouterr().err
     assert run(["plot", "trajectory", recording, "-o", str(tmp_path / "x.svg")]) == 2

@@ -280,7 +280,7 @@ def test_topics_of_recordings(real_data: Path, capsys: pytest.CaptureFixture[str
     assert run(["evaluate", "ate", recording, recording, "--groundtruth-topic", "/no"]) == 2
     assert "--groundtruth-topic /no: no such topic" in capsys.readouterr().err
     assert run(["plot", "trajectory", recording, "-o", str(tmp_path / "x.svg")]) == 2
-    assert "choose with --topic /" in capsys.readouterr().err
+    assert "choose one, as with --topic /" in capsys.readouterr().err
     topics = ["--groundtruth-topic", "/odom", "--estimate-topic", "/amcl_pose"]
     assert run(["evaluate", "ate", recording, recording, *topics]) == 0
     assert "pairs of" in capsys.readouterr().out

@@ -153,7 +153,7 @@ def main() -> int:
     parser.add_argument(
         "--repeat", type=int, default=10, help="how many times as long the second sequence is"
     )
-    parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where files go")  # noqa: S108
+    parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where files go")  # noqa: S108 - a memory file system
     arguments = parser.parse_args()
     kept = [measure_start(arguments.rounds)]
     with tempfile.TemporaryDirectory(dir=arguments.folder) as name:

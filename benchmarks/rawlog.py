@@ -75,7 +75,7 @@ def main() -> None:
     frames, jobs = arguments.frames, arguments.jobs
     options = {dialect: WriteOptions(dialect=dialect, jobs=jobs) for dialect in ("modern", "legacy")}
     modern, quick = options["modern"], ConvertOptions(verify=False)
-    with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as name:  # noqa: S108
+    with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as name:  # noqa: S108 - a memory file system
         folder = Path(name)
         repeat(REAL / "rgbd_dataset_freiburg1_rpy", folder / "tum", frames)
         shutil.copytree(folder / "tum", folder / "warm")

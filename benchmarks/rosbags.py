@@ -81,7 +81,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where files go")  # noqa: S108
+    parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where files go")  # noqa: S108 - a memory file system
     options = parser.parse_args()
     runs = options.runs
     with tempfile.TemporaryDirectory(dir=options.folder) as name:

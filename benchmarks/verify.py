@@ -24,12 +24,12 @@ sys.path.insert(0, str(ROOT))
 
 from isal import isal_zlib  # noqa: E402 - after the path
 
-from tumtools.convert import ConvertOptions, convert  # noqa: E402
-from tumtools.formats.options import WriteOptions  # noqa: E402
-from tumtools.formats.registry import FORMATS  # noqa: E402
-from tumtools.images.parallel import ordered_map  # noqa: E402
-from tumtools.sources import open_source  # noqa: E402
-from tumtools.synthetic import synthesize  # noqa: E402
+from tumtools.convert import ConvertOptions, convert  # noqa: E402 - after the path
+from tumtools.formats.options import WriteOptions  # noqa: E402 - after the path
+from tumtools.formats.registry import FORMATS  # noqa: E402 - after the path
+from tumtools.images.parallel import ordered_map  # noqa: E402 - after the path
+from tumtools.sources import open_source  # noqa: E402 - after the path
+from tumtools.synthetic import synthesize  # noqa: E402 - after the path
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,6 +11,8 @@ from contextlib import suppress
 from threading import Event, Thread
 from typing import TYPE_CHECKING, TypeVar
 
+from tumtools.images.memory import keep_freed_memory
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator
 
@@ -41,6 +43,7 @@ def ordered_map(
             that. The caller must then close the generator itself and not leave that to the collector.
 
     """
+    keep_freed_memory()
     if jobs <= 1:
         yield from map(function, items)
         return

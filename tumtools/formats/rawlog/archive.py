@@ -37,7 +37,8 @@ EMPTY: Final = "std::monostate"
 ALIASES: Final = {"CMatrix": "CMatrixF", "CMRPTImage": "CImage", "CSensorialFrame": "CSensoryFrame"}
 
 Array: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.generic]]
-Value: TypeAlias = "int | float | str | Array | Record | list[Record] | list[Fields] | dict[int, str]"
+Value: TypeAlias = "int | float | str | bytes | Array | Record | list[Record] | list[Fields] | dict[int, str]"
+"""`bytes` stand for an object that is encoded already; only for writing."""
 Fields: TypeAlias = dict[str, Value]
 
 

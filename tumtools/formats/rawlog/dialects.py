@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from tumtools.formats.rawlog.archive import Value
+    from tumtools.formats.rawlog.archive import Fields, Value
     from tumtools.model.camera import CameraInfo
 
 SCAN_LABEL: Final = "KINECT"
@@ -160,39 +160,57 @@ class Scan:
     channel: int = VISIBLE
 
 
-def scan_record(dialect: Dialect, scan: Scan, depth_camera: Record, image_camera: Record) -> Record:
-    """Return a scan whose images are external files."""
-    empty = dialect.record("CMatrixF", rows=0, columns=0, values=_NO_METRES) if dialect.float_depth else 0
-    image = dialect.record("CImage", external=1, file=scan.image_file or "")
-    return dialect.record(
-        "CObservation3DRangeScan",
-        max_range=5.0,
-        sensor_pose=_pose(dialect, _IDENTITY),
-        has_points=0,
-        has_range=int(scan.depth_file is not None),
-        range_units=scan.range_units,
-        range_matrix=empty,
-        rows=0,
-        columns=0,
-        range=_NO_COUNTS,
-        has_intensity=int(scan.image_file is not None),
-        intensity=image,
-        has_confidence=0,
-        camera=depth_camera,
-        camera_intensity=image_camera,
-        intensity_pose=_pose(dialect, _TO_OPTICAL),
-        std_error=0.01,
-        time=scan.ticks,
-        label=SCAN_LABEL,
-        points_external=0,
-        points_file="",
-        range_external=int(scan.depth_file is not None),
-        range_file=scan.depth_file or "",
-        range_is_depth=1,
-        channel=scan.channel,
-        has_labels=0,
-        layers=[],
-    )
+class Scans:
+    """Scans whose images are external files, as objects; what all of them share is encoded once."""
+
+    def __init__(self, dialect: Dialect) -> None:
+        self._dialect = dialect
+        self._shared: Fields = {
+            "max_range": 5.0,
+            "sensor_pose": CODEC.encode(_pose(dialect, _IDENTITY)),
+            "has_points": 0,
+            "rows": 0,
+            "columns": 0,
+            "range": _NO_COUNTS,
+            "has_confidence": 0,
+            "intensity_pose": CODEC.encode(_pose(dialect, _TO_OPTICAL)),
+            "std_error": 0.01,
+            "label": SCAN_LABEL,
+            "points_external": 0,
+            "points_file": "",
+            "range_is_depth": 1,
+            "has_labels": 0,
+            "layers": [],
+        }
+        if dialect.float_depth:
+            no_metres = dialect.record("CMatrixF", rows=0, columns=0, values=_NO_METRES)
+            self._shared["range_matrix"] = CODEC.encode(no_metres)
+
+    def encode(self, scan: Scan, depth_camera: bytes, image_camera: bytes) -> bytes:
+        """Return a scan as it is written.
+
+        Args:
+            scan: What is its own.
+            depth_camera: An encoded `camera_record`.
+            image_camera: Another one.
+
+        """
+        image = self._dialect.record("CImage", external=1, file=scan.image_file or "")
+        record = self._dialect.record(
+            "CObservation3DRangeScan",
+            **self._shared,
+            has_range=int(scan.depth_file is not None),
+            range_units=scan.range_units,
+            has_intensity=int(scan.image_file is not None),
+            intensity=image,
+            camera=depth_camera,
+            camera_intensity=image_camera,
+            time=scan.ticks,
+            range_external=int(scan.depth_file is not None),
+            range_file=scan.depth_file or "",
+            channel=scan.channel,
+        )
+        return CODEC.encode(record)
 
 
 def comment_bytes(dialect: Dialect, text: str, ticks: int) -> bytes:

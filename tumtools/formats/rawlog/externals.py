@@ -9,9 +9,9 @@ and leaves the files as they are, so the content tells which it is, not the vers
 
 from __future__ import annotations
 
+import os
 import struct
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -19,6 +19,7 @@ import numpy as np
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.rawlog import archive
 from tumtools.formats.rawlog.compression import inflate
+from tumtools.images.depth import divided
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -100,7 +101,8 @@ class Folder:
         path = self.locate(name)
         try:
             with path.open("rb") as file:
-                data = file.read(_MAX_FILE + 1)
+                size = os.fstat(file.fileno()).st_size
+                data = file.read(min(size, _MAX_FILE) + 1)  # the memory for all of it is taken at once
         except FileNotFoundError as error:
             raise MissingInputError(
                 f"the external file of {self.rawlog.name} is missing",
@@ -183,35 +185,24 @@ def _text_depth(data: bytes, path: Path) -> npt.NDArray[np.uint16] | npt.NDArray
     return matrix.astype(np.float32)
 
 
-@lru_cache(maxsize=8)
-def _metres(units_per_metre: float) -> npt.NDArray[np.float32]:
-    table = (np.arange(_COUNTS) / units_per_metre).astype(np.float32)
-    table.flags.writeable = False
-    return table
-
-
-def metres_of(counts: npt.NDArray[np.uint16], units_per_metre: float) -> npt.NDArray[np.float32]:
-    """Return counts as MRPT's float depth: metres, 0 where there is no reading."""
-    return _metres(units_per_metre)[counts]
-
-
 def counts_of(metres: npt.NDArray[np.float32], units_per_metre: float) -> npt.NDArray[np.uint16] | None:
     """Return the counts that float depth holds exactly, None if there is a pixel that is no count."""
     scaled = np.rint(metres * np.float32(units_per_metre))
     if not (scaled.min() >= 0 and scaled.max() < _COUNTS):  # so that NaN fails too
         return None
     counts = scaled.astype(np.uint16)
-    return counts if np.array_equal(metres_of(counts, units_per_metre), metres) else None
+    return counts if np.array_equal(divided(counts, units_per_metre), metres) else None
 
 
 def depth_payload(counts: npt.NDArray[np.uint16]) -> bytes:
     """Return 16-bit counts as in a depth file of scan versions 9 and later, not compressed."""
-    rows, columns = counts.shape
-    return _U16_HEADER.pack(rows, columns) + counts.astype("<u2", copy=False).tobytes()
+    return b"".join((_U16_HEADER.pack(*counts.shape), np.ascontiguousarray(counts, "<u2").data))
 
 
 def metres_payload(metres: npt.NDArray[np.float32]) -> bytes:
-    """Return metres as in a depth file of scan versions before 9, not compressed."""
-    rows, columns = metres.shape
-    head = b"\x87CMatrix\x00" + _U16_HEADER.pack(rows, columns)
-    return head + metres.astype("<f4", copy=False).tobytes() + bytes([archive.END_MARK])
+    """Return metres, 0 where there is no reading, as in a depth file of scan versions before 9.
+
+    It is not compressed.
+    """
+    head = b"\x87CMatrix\x00" + _U16_HEADER.pack(*metres.shape)
+    return b"".join((head, np.ascontiguousarray(metres, "<f4").data, bytes([archive.END_MARK])))

@@ -270,6 +270,8 @@ class Codec:
         match item.kind, value:
             case Child(), Record():
                 self._write(value, parts)
+            case Child(), bytes():
+                parts.append(value)
             case Children(), list():
                 parts.append(struct.pack("<I", len(value)))
                 for child in value:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumtools.formats.rawlog.compression import Container, deflate
-from tumtools.formats.rawlog.externals import depth_payload, metres_of, metres_payload
+from tumtools.formats.rawlog.externals import depth_payload, metres_payload
 from tumtools.images import depth
 from tumtools.images.codec import pixels_of, png_of
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
@@ -74,7 +74,7 @@ class Store:
             if is_float:
                 metres = np.where(np.isnan(pixels), 0, pixels).astype(np.float32, copy=False)
             else:
-                metres = metres_of(pixels.astype(np.uint16, copy=False), units)
+                metres = depth.divided(pixels.astype(np.uint16, copy=False), units)
             return metres_payload(metres), units, depth.EXACT
         if is_float:
             units = TUM_DEPTH_UNITS_PER_METRE

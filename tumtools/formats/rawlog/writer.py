@@ -25,9 +25,9 @@ from tumtools.formats.rawlog.dialects import (
     Dialect,
     ImuRows,
     Scan,
+    Scans,
     camera_record,
     comment_bytes,
-    scan_record,
 )
 from tumtools.formats.rawlog.externals import IMAGES_SUFFIX
 from tumtools.formats.rawlog.plan import Key, ScanPlan, Slot, plan_converter, plan_lossless
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from tumtools.formats.options import Progress, WriteOptions
-    from tumtools.formats.rawlog.archive import Record
     from tumtools.formats.rawlog.compression import Deflater
     from tumtools.model.camera import CameraInfo
     from tumtools.model.sequence import Frame, Sequence
@@ -212,15 +211,17 @@ class _ScanWriter:
     dialect: Dialect
     options: WriteOptions
     _stored: dict[Key, Stored] = field(init=False, default_factory=dict)
-    _cameras: dict[tuple[str, int, int], Record] = field(init=False, default_factory=dict)
+    _cameras: dict[tuple[str, int, int], bytes] = field(init=False, default_factory=dict)
     _uses: dict[Key, int] = field(init=False)
     _next_slot: int = field(init=False, default=0)
     _next_row: int = field(init=False, default=0)
     _imu: ImuRows = field(init=False)
+    _scans: Scans = field(init=False)
     _rounded: _Rounded = field(init=False, default_factory=_Rounded)
 
     def __post_init__(self) -> None:
         self._imu = ImuRows(self.dialect)
+        self._scans = Scans(self.dialect)
         self._uses = {key: len(names) for key, names in self.plan.files().items()}
         if self.dialect.lossless:
             first = min(
@@ -276,13 +277,8 @@ class _ScanWriter:
                 scan, depth_file=slot.depth_file + depth_image.suffix, range_units=depth_image.range_units
             )
         stream = slot.image[0] if slot.image else "rgb"
-        record = scan_record(
-            self.dialect,
-            scan,
-            self._camera("depth", depth_image or image),
-            self._camera(stream, image or depth_image),
-        )
-        self.out.add(CODEC.encode(record))
+        depth_camera = self._camera("depth", depth_image or image)
+        self.out.add(self._scans.encode(scan, depth_camera, self._camera(stream, image or depth_image)))
 
     def _take(self, key: Key | None) -> Stored | None:
         """Return an image, and forget it after its last use."""
@@ -291,12 +287,12 @@ class _ScanWriter:
         self._uses[key] -= 1
         return self._stored[key] if self._uses[key] else self._stored.pop(key)
 
-    def _camera(self, stream: str, image: Stored | None) -> Record:
+    def _camera(self, stream: str, image: Stored | None) -> bytes:
         width, height = _DEFAULT_SIZE if image is None else (image.width, image.height)
         key = (stream, width, height)
         if key not in self._cameras:
             camera = _camera_of(self.sequence, self.dialect, self.options, stream, width, height)
-            self._cameras[key] = camera_record(self.dialect, camera)
+            self._cameras[key] = CODEC.encode(camera_record(self.dialect, camera))
         return self._cameras[key]
 
     def _write_imu(self, end: int) -> None:

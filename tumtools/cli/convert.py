@@ -97,6 +97,10 @@ def command(
     refuse_source(place, path)
     write_options = _write_options(format_options)
     read_options = options.make_read_options(topics, salvage)
+    if not dry_run:
+        # Where the target goes there is room for as much as the source holds, or else no target.
+        scratch = next(parent for parent in path.absolute().parents if parent.is_dir())
+        read_options = replace(read_options, scratch=scratch)
     with open_source(source, read_options) as sequence:
         if sequence.info.format == "tum":
             # A folder has no topics to choose from: the option names those to write.

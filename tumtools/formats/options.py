@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from tumtools.model.camera import CameraInfo
     from tumtools.model.sequence import Loss
@@ -23,12 +24,16 @@ class ReadOptions:
         salvage: Deliver what is readable of a damaged source before the damage, and warn, instead of
             failing.
         lenient: Leave streams out for which several topics could be meant, and warn, instead of failing.
+        scratch: A folder for a temporary file, for those who are going to read all images: a compressed
+            archive is inflated once to a file without a name, if there is room. Without a folder or room
+            it is inflated as often as the order of its members demands.
 
     """
 
     topics: Mapping[str, str] = field(default_factory=dict)
     salvage: bool = False
     lenient: bool = False
+    scratch: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)

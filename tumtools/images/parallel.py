@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 from tumtools.images.memory import keep_freed_memory
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator
+    from collections.abc import Callable, Generator, Iterable
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -74,7 +74,7 @@ def ordered_map(
         pool.shutdown(wait=join, cancel_futures=True)
 
 
-def read_ahead(items: Iterable[Item], window: int) -> Iterator[Item]:
+def read_ahead(items: Iterable[Item], window: int) -> Generator[Item, None, None]:
     """Yield the items, taken from the iterable by a thread of its own.
 
     Args:

@@ -59,8 +59,8 @@ def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb
         InputError: It is damaged, or no sequence.
 
     """
-    del options  # this layout has no topics, and nothing in it is salvaged by guessing
-    return _open(path, tolerant=False)
+    # This layout has no topics, and nothing in it is salvaged by guessing.
+    return _open(path, tolerant=False, scratch=options.scratch)
 
 
 def open_tolerant(path: Path) -> TumSequence | TrajectoryFile:
@@ -76,7 +76,7 @@ def open_tolerant(path: Path) -> TumSequence | TrajectoryFile:
     return _open(path, tolerant=True)
 
 
-def _open(path: Path, *, tolerant: bool) -> TumSequence | TrajectoryFile:
+def _open(path: Path, *, tolerant: bool, scratch: Path | None = None) -> TumSequence | TrajectoryFile:
     if path.is_dir():
         return TumSequence(Folder(path), tolerant=tolerant)
     try:
@@ -85,7 +85,7 @@ def _open(path: Path, *, tolerant: bool) -> TumSequence | TrajectoryFile:
         if head.startswith(_ZIP_MAGIC):
             return TumSequence(Zip(path), tolerant=tolerant)
         if head.startswith((GZIP_MAGIC, ZSTD_MAGIC)) or head.endswith(_TAR_MAGIC):
-            return TumSequence(Tar(path), tolerant=tolerant)
+            return TumSequence(Tar(path, scratch), tolerant=tolerant)
         return TrajectoryFile(path, tolerant=tolerant)
     except OSError as error:
         if isinstance(error, TumtoolsError):

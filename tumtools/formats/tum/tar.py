@@ -8,12 +8,14 @@ One pass lists the members and keeps the text files. Images are then read at the
 from __future__ import annotations
 
 import tarfile
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.tum.headers import DAMAGED_HINT, StrictTarInfo, check_end
 from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC, RandomAccess, SeekableStream
 from tumtools.formats.tum.members import MAX_MEMBER_BYTES, check_tar_member
+from tumtools.formats.tum.spool import NoRoomError, SpooledStream
 from tumtools.formats.tum.storage import LIST_FILES, Storage, find_root
 
 if TYPE_CHECKING:
@@ -79,28 +81,47 @@ class _ScanFile:
 
 
 class Tar(Storage):
-    """A tar archive, compressed or not."""
+    """A tar archive, compressed or not.
 
-    def __init__(self, path: Path) -> None:
+    Args:
+        path: The archive.
+        scratch: Folder for a temporary file that a compressed archive is inflated to, which is fastest;
+            without a folder, or room in it, images are inflated again where they are read.
+
+    """
+
+    def __init__(self, path: Path, scratch: Path | None = None) -> None:
         self.label = str(path)
         with path.open("rb") as file:
             magic = file.read(4)
         compressed = magic[:2] == GZIP_MAGIC or magic == ZSTD_MAGIC
-        self._bytes: _Bytes = SeekableStream(path) if compressed else _Plain(path)
-        self.sequential = compressed
         self._texts: dict[str, bytes] = {}
-        try:
-            members = dict(self._list_members())
-            root = find_root(members, self.label)
-        except BaseException:
-            self.close()
-            raise
+        members = None
+        if compressed and scratch is not None:
+            with suppress(NoRoomError):
+                members = self._open(SpooledStream(path, scratch))
+        self.sequential = compressed and members is None
+        if members is None:
+            members = self._open(SeekableStream(path) if compressed else _Plain(path))
+        root = find_root(members, self.label)
         self.name = root.rstrip("/").rpartition("/")[2] or path.name.split(".")[0]
         self._places = {
             name.removeprefix(root): place for name, place in members.items() if name.startswith(root)
         }
         self._texts = {name.removeprefix(root): text for name, text in self._texts.items()}
         self.files = {name: size for name, (_, size) in self._places.items()}
+
+    def _open(self, source: _Bytes) -> dict[str, tuple[int, int]]:
+        """Take the bytes and list the members; offset and size of each."""
+        self._bytes = source
+        self._texts.clear()
+        try:
+            members = dict(self._list_members())
+            find_root(members, self.label)
+        except BaseException:
+            self.close()
+            raise
+        return members
 
     def _list_members(self) -> Iterator[tuple[str, tuple[int, int]]]:
         """Yield name, offset and size of each file; text files are kept on the way."""

@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,9 +20,14 @@ from mcap.stream_reader import StreamReader
 from tests.memory import SECOND, START, Memory, accelerometer, full, groundtruth
 from tumtools.convert import ConvertOptions, convert
 from tumtools.errors import OutputError
+from tumtools.formats.mcap import chunks
+from tumtools.formats.mcap.container import Packing, write_mcap
 from tumtools.formats.mcap.recording import McapRecording
-from tumtools.formats.options import WriteOptions
+from tumtools.formats.options import WriteOptions, no_progress
+from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros import messages
+from tumtools.formats.ros.outgoing import outgoing
+from tumtools.formats.ros.style import make_style
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -178,9 +184,7 @@ def test_streams_without_rows_are_still_streams(tmp_path: Path) -> None:
 def test_messages_larger_than_a_chunk_get_one_of_their_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from tumtools.formats.mcap import container
-
-    monkeypatch.setattr(container, "CHUNK_BYTES", 100)
+    monkeypatch.setattr(chunks, "CHUNK_BYTES", 100)
     path = _write(tmp_path / "x.mcap")
     with path.open("rb") as file:
         reader = SeekingReader(file, validate_crcs=True)
@@ -189,6 +193,32 @@ def test_messages_larger_than_a_chunk_get_one_of_their_own(
     assert summary is not None
     assert count == 3 * 9
     assert len(summary.chunk_indexes) == count
+
+
+@pytest.mark.parametrize("chunk_bytes", [100, 3000, 20_000, 1 << 20])
+@pytest.mark.parametrize("block", [1, 7, 2048])
+@pytest.mark.parametrize("images", [True, False])
+def test_runs_of_small_messages_are_laid_out_as_single_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk_bytes: int, block: int, images: bool
+) -> None:
+    monkeypatch.setattr(chunks, "CHUNK_BYTES", chunk_bytes)
+    monkeypatch.setattr(chunks, "_BLOCK", block)
+    random = np.random.default_rng(block)
+    # Unsorted, some before the first image and after the last, and some at the stamp of one.
+    stamps = [START] * 20 + (START + random.integers(-SECOND, 2 * SECOND, 200)).tolist()
+    times = [START, START + 100, START + SECOND] if images else []
+    sequence = Memory(
+        {"rgb": times, "depth": times} if images else {},
+        accelerometer=accelerometer(*stamps),
+        groundtruth=groundtruth(*stamps[10:150]),
+    )
+    style = make_style("cdr", FORMATS["mcap"], WriteOptions(archive=True, groundtruth="both"))
+    out = outgoing(sequence, style)
+    packing = Packing("cdr", out.compressed_channels, "zstd")
+    write = partial(write_mcap, metadata={}, packing=packing, jobs=1, progress=no_progress)
+    write(tmp_path / "single", out.channels, out.messages())
+    write(tmp_path / "runs", out.channels, out.images(), rows=out.rows())
+    assert (tmp_path / "runs").read_bytes() == (tmp_path / "single").read_bytes()
 
 
 def test_writes_that_the_system_cuts_short_are_completed(

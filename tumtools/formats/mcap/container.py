@@ -2,28 +2,25 @@
 # SPDX-License-Identifier: MIT
 """Write channels and messages into a MCAP file: chunks, indexes, summary, all CRCs.
 
-Chunks are compressed by several threads and written in order; payloads that are kept as they are go from
-their buffers to the file without being copied.
+Chunks are finished by several threads and written in order.
 """
 
 from __future__ import annotations
 
 import os
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import lz4.frame
-import zstandard
 from isal import isal_zlib
 
 from tumtools import __version__
+from tumtools.formats.mcap.chunks import Chunker
 from tumtools.formats.mcap.records import (
     CHUNK_HEADER,
     FOOTER,
     INDEX_ENTRY,
     MAGIC,
-    MESSAGE_HEADER,
     RECORD_HEADER,
     Op,
     number_map,
@@ -37,23 +34,18 @@ from tumtools.formats.ros.qos import qos_profile
 from tumtools.images.parallel import ordered_map
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
+    from tumtools.formats.mcap.chunks import Buffer, Chunk
     from tumtools.formats.options import Progress
     from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessage
+    from tumtools.formats.ros.rows import Rows
 
-CHUNK_BYTES: Final = 1 << 20
-"""A chunk is closed before the message that would make it larger, unless it holds nothing else."""
-_ZSTD_LEVEL: Final = 1
-_LARGE: Final = 1 << 14
-"""A buffer of this size is not copied."""
 _MAX_PARTS: Final = 1000
 """Buffers in one call of writev; POSIX allows 1024."""
 _SCHEMA_ENCODINGS: Final[dict[MessageEncoding, str]] = {"cdr": "ros2msg", "ros1": "ros1msg"}
 _PROFILES: Final[dict[MessageEncoding, str]] = {"cdr": "ros2", "ros1": "ros1"}
-
-Buffer = bytes | bytearray | memoryview
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,38 +64,6 @@ class Packing:
     compression: str
 
 
-@dataclass(slots=True)
-class _Chunk:
-    """Messages that are written together."""
-
-    stored: bool
-    parts: list[Buffer] = field(default_factory=list)
-    open: bytearray | None = None
-    size: int = 0
-    first: int = 0
-    last: int = 0
-    index: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
-    frames: int = 0
-    payload: int = 0
-    compression: str = ""
-    crc: int = 0
-    body: list[Buffer] = field(default_factory=list)
-    body_size: int = 0
-
-    def add(self, parts: Iterable[Buffer]) -> None:
-        """Add buffers; small ones are joined, large ones are kept as they are."""
-        for part in parts:
-            self.size += len(part)
-            if len(part) >= _LARGE:
-                self.parts.append(part)
-                self.open = None
-            else:
-                if self.open is None:
-                    self.open = bytearray()
-                    self.parts.append(self.open)
-                self.open += part
-
-
 class _File:
     """A file that is written with as few copies as possible; knows its offset and CRC."""
 
@@ -113,14 +73,21 @@ class _File:
         self.crc = 0
 
     def write(self, parts: list[Buffer]) -> None:
+        for part in parts:
+            self.crc = isal_zlib.crc32(part, self.crc)
+        self._write(parts)
+
+    def write_chunk(self, head: bytes, chunk: Chunk) -> None:
+        """Write a chunk, whose CRC is known, behind its head."""
+        self.crc = isal_zlib.crc32_combine(isal_zlib.crc32(head, self.crc), chunk.body_crc, chunk.body_size)
+        self._write([head, *chunk.body])
+
+    def _write(self, parts: list[Buffer]) -> None:
         for start in range(0, len(parts), _MAX_PARTS):
             self._write_some(parts[start : start + _MAX_PARTS])
 
     def _write_some(self, parts: list[Buffer]) -> None:
-        size = 0
-        for part in parts:
-            self.crc = isal_zlib.crc32(part, self.crc)
-            size += len(part)
+        size = sum(map(len, parts))
         self.offset += size
         done = os.writev(self._file.fileno(), parts)
         if done < size:
@@ -133,7 +100,7 @@ class _File:
         self._file.close()
 
 
-def write_mcap(
+def write_mcap(  # noqa: PLR0913 - all but two are parts of the file
     path: Path,
     channels: tuple[OutChannel, ...],
     messages: Iterable[OutMessage],
@@ -142,6 +109,7 @@ def write_mcap(
     packing: Packing,
     jobs: int,
     progress: Progress,
+    rows: Sequence[Rows] = (),
     digest: Callable[[], Mapping[str, str]] = dict,
 ) -> None:
     """Write a MCAP file.
@@ -154,6 +122,7 @@ def write_mcap(
         packing: How messages and chunks are encoded.
         jobs: Threads.
         progress: Told of each image.
+        rows: Further messages; at equal stamps they come behind `messages`.
         digest: Gives the record named `tumtools.digest` when all messages have been taken; may be empty.
 
     """
@@ -161,10 +130,9 @@ def write_mcap(
     try:
         writer = _Writer(file, channels, packing.encoding)
         writer.start(metadata)
+        chunker = Chunker(writer.introduce, packing.stored)
         chunks = ordered_map(
-            lambda chunk: _finish(chunk, packing.compression),
-            _chunks(writer, messages, packing.stored),
-            jobs,
+            lambda chunk: chunk.finish(packing.compression), chunker.chunks(messages, rows), jobs
         )
         for chunk in chunks:
             writer.chunk(chunk)
@@ -172,50 +140,6 @@ def write_mcap(
         writer.finish(digest())
     finally:
         file.close()
-
-
-def _chunks(writer: _Writer, messages: Iterable[OutMessage], stored: frozenset[int]) -> Iterator[_Chunk]:
-    """Gather messages to chunks. Small messages go with whichever images are at hand."""
-    chunk = _Chunk(stored=False)
-    has_image = False
-    sequences: dict[int, int] = {}
-    for message in messages:
-        size = sum(map(len, message.parts))
-        kind = message.channel in stored
-        full = chunk.size + size > CHUNK_BYTES or (message.is_image and has_image and kind != chunk.stored)
-        if chunk.size and full:
-            yield chunk
-            chunk, has_image = _Chunk(stored=False), False
-        if message.is_image:
-            has_image, chunk.stored = True, kind
-            chunk.frames += 1
-        chunk.payload += size
-        chunk.add(writer.introduce(message.channel))
-        chunk.first = min(chunk.first, message.stamp) if chunk.index else message.stamp
-        chunk.last = max(chunk.last, message.stamp)
-        chunk.index.setdefault(message.channel + 1, []).append((message.stamp, chunk.size))
-        sequence = sequences[message.channel] = sequences.get(message.channel, -1) + 1
-        head = RECORD_HEADER.pack(Op.MESSAGE, MESSAGE_HEADER.size + size)
-        head += MESSAGE_HEADER.pack(message.channel + 1, sequence % 2**32, message.stamp, message.stamp)
-        chunk.add((head, *message.parts))
-    if chunk.size:
-        yield chunk
-
-
-def _finish(chunk: _Chunk, compression: str) -> _Chunk:
-    """Compress a chunk and compute its CRC."""
-    for part in chunk.parts:
-        chunk.crc = isal_zlib.crc32(part, chunk.crc)
-    if chunk.stored or compression == "none":
-        chunk.body, chunk.body_size = chunk.parts, chunk.size
-        return chunk
-    whole = b"".join(chunk.parts)
-    if compression == "zstd":
-        packed = zstandard.ZstdCompressor(_ZSTD_LEVEL).compress(whole)
-    else:
-        packed = lz4.frame.compress(whole)
-    chunk.compression, chunk.body, chunk.body_size = compression, [packed], len(packed)
-    return chunk
 
 
 class _Writer:
@@ -276,21 +200,20 @@ class _Writer:
         self._introduced_schemas.add(schema)
         return [*([self._schemas[schema]] if new else []), self._channels[channel]]
 
-    def chunk(self, chunk: _Chunk) -> None:
+    def chunk(self, chunk: Chunk) -> None:
         head = CHUNK_HEADER.pack(chunk.first, chunk.last, chunk.size, chunk.crc) + string(chunk.compression)
         head += struct.pack("<Q", chunk.body_size)
         length = len(head) + chunk.body_size
         start = self._file.offset
-        self._file.write([RECORD_HEADER.pack(Op.CHUNK, length) + head, *chunk.body])
+        self._file.write_chunk(RECORD_HEADER.pack(Op.CHUNK, length) + head, chunk)
         index_start, offsets, indexes = self._file.offset, {}, []
         place = index_start
         for channel, entries in sorted(chunk.index.items()):
-            packed = b"".join(INDEX_ENTRY.pack(*entry) for entry in entries)
-            data = record(Op.MESSAGE_INDEX, struct.pack("<H", channel), string(packed))
+            data = record(Op.MESSAGE_INDEX, struct.pack("<H", channel), string(entries))
             offsets[channel] = place
             place += len(data)
             indexes.append(data)
-            self._counts[channel] += len(entries)
+            self._counts[channel] += len(entries) // INDEX_ENTRY.size
         self._file.write([b"".join(indexes)])
         self._first = chunk.first if self._first is None else min(self._first, chunk.first)
         self._last = max(self._last, chunk.last)

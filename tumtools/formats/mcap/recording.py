@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
 
@@ -19,7 +20,7 @@ from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage,
 from tumtools.model.sequence import Loss
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
@@ -30,6 +31,9 @@ _ENCODINGS: Final[dict[tuple[str, str], MessageEncoding]] = {
     ("ros2msg", "cdr"): "cdr",
     ("ros1msg", "ros1"): "ros1",
 }
+_HEAD: Final = struct.Struct("<BQHIqq")
+"""`RECORD_HEADER` and `MESSAGE_HEADER`."""
+_MESSAGE: Final = int(Op.MESSAGE)
 _NO_ENTRIES: Final = np.empty((0, 3), np.int64)
 
 
@@ -90,18 +94,20 @@ class McapRecording(Recording):
         return index
 
     def _gather_index(self) -> dict[int, npt.NDArray[np.int64]]:
-        found: dict[int, list[npt.NDArray[np.int64]]] = {}
-        for channel, rows in self._file.scanned.items():
-            found.setdefault(channel, []).append(np.array(rows, np.int64))
+        if self._file.scanned:
+            return {
+                channel: _sorted(np.array(rows, np.int64)) for channel, rows in self._file.scanned.items()
+            }
+        found: dict[int, list[tuple[int, npt.NDArray[np.int64]]]] = {}
         for number, chunk in enumerate(self._file.chunks):
-            if not self._file.scanned:
-                for channel, entries in self._chunk_index(number, dict(chunk.index)):
-                    found.setdefault(channel, []).append(entries)
-        return {channel: _sorted(np.concatenate(parts)) for channel, parts in found.items()}
+            for channel, entries in self._chunk_index(number, chunk.index):
+                found.setdefault(channel, []).append((number, entries))
+        return {channel: _sorted(_with_chunks(parts)) for channel, parts in found.items()}
 
     def _chunk_index(
-        self, number: int, offsets: dict[int, int]
+        self, number: int, offsets: Mapping[int, int]
     ) -> Iterator[tuple[int, npt.NDArray[np.int64]]]:
+        """Yield the log times and offsets of the messages of each channel, shape [n, 2]."""
         if not offsets:
             yield from self._index_by_reading(number)
         for channel, offset in offsets.items():
@@ -110,17 +116,14 @@ class McapRecording(Recording):
             fields = Fields(content, offset + RECORD_HEADER.size, self.path)
             if op != Op.MESSAGE_INDEX or fields.number("H") != channel:
                 raise self._file.error(f"there is no message index of channel {channel} here", offset)
-            pairs = np.frombuffer(fields.index_entries(), "<i8").reshape(-1, 2)
-            entries = np.empty((len(pairs), 3), np.int64)
-            entries[:, 0], entries[:, 1], entries[:, 2] = pairs[:, 0], number, pairs[:, 1]
-            yield channel, entries
+            yield channel, np.frombuffer(bytes(fields.index_entries()), "<i8").reshape(-1, 2)
 
     def _index_by_reading(self, number: int) -> Iterator[tuple[int, npt.NDArray[np.int64]]]:
-        found: dict[int, list[tuple[int, int, int]]] = {}
+        found: dict[int, list[tuple[int, int]]] = {}
         for op, content, place in self._file.inner(self._chunk(number), self._file.chunks[number].offset):
             if op == Op.MESSAGE:
                 channel, _, time, _ = MESSAGE_HEADER.unpack_from(content)
-                found.setdefault(channel, []).append((time, number, place))
+                found.setdefault(channel, []).append((time, place))
         for channel, rows in found.items():
             yield channel, np.array(rows, np.int64)
 
@@ -141,32 +144,35 @@ class McapRecording(Recording):
             entries = entries[entries[:, 0] >= start]
         if end is not None:
             entries = entries[entries[:, 0] <= end]
+        current, records, last = None, self._file.data, 0
+        # There are many small messages, so this loop is kept short.
         for time, chunk, offset in entries.tolist():
-            channel, recorded, data = self._message(chunk, offset)
+            if chunk != current:
+                current, records = chunk, self._file.data if chunk == LOOSE else self._chunk(chunk)
+                last = len(records) - _HEAD.size
+            if not 0 <= offset <= last:
+                raise self._wrong(
+                    chunk, f"the index names a message at {offset}, outside of the chunk", offset
+                )
+            op, length, channel, _, recorded, _ = _HEAD.unpack_from(records, offset)
+            end = offset + RECORD_HEADER.size + length
+            if op != _MESSAGE or length < MESSAGE_HEADER.size or end > len(records):
+                message = f"the index names a message at {offset} where there is none"
+                raise self._wrong(chunk, message, offset)
             if channel not in by_id or recorded != time:
                 # No checksum covers an index of messages.
-                place = self._file.chunks[chunk].offset if chunk != LOOSE else offset
-                raise self._file.error(
+                message = (
                     f"the message index is wrong: it says {time} ns for the message at {offset} of this "
-                    f"chunk, which is of channel {channel} and says {recorded} ns",
-                    place,
-                    "the file is damaged; get it again",
+                    f"chunk, which is of channel {channel} and says {recorded} ns"
                 )
-            yield RawMessage(by_id[channel], time, data)
+                raise self._wrong(chunk, message, offset, "the file is damaged; get it again")
+            if chunk == LOOSE:
+                self._file.note_read(length)
+            yield RawMessage(by_id[channel], time, records[offset + _HEAD.size : end])
 
-    def _message(self, chunk: int, offset: int) -> tuple[int, int, memoryview]:
-        records = self._file.data if chunk == LOOSE else self._chunk(chunk)
-        start = offset + RECORD_HEADER.size
-        place = offset if chunk == LOOSE else self._file.chunks[chunk].offset
-        if not 0 <= offset <= len(records) - RECORD_HEADER.size - MESSAGE_HEADER.size:
-            raise self._file.error(f"the index names a message at {offset}, outside of the chunk", place)
-        op, length = RECORD_HEADER.unpack_from(records, offset)
-        channel, _, time, _ = MESSAGE_HEADER.unpack_from(records, start)
-        if op != Op.MESSAGE or length < MESSAGE_HEADER.size or start + length > len(records):
-            raise self._file.error(f"the index names a message at {offset} where there is none", place)
-        if chunk == LOOSE:
-            self._file.note_read(length)
-        return channel, time, records[start + MESSAGE_HEADER.size : start + length]
+    def _wrong(self, chunk: int, message: str, offset: int, hint: str | None = None) -> InputError:
+        """Return an error of the index of a chunk; its offset is that of the chunk if there is one."""
+        return self._file.error(message, offset if chunk == LOOSE else self._file.chunks[chunk].offset, hint)
 
     def _chunk(self, number: int) -> memoryview:
         records = self._chunks.get(number)
@@ -183,6 +189,13 @@ class McapRecording(Recording):
     def close(self) -> None:
         """Forget what is cached; the mapping goes with the last view of it."""
         self._chunks.clear()
+
+
+def _with_chunks(parts: list[tuple[int, npt.NDArray[np.int64]]]) -> npt.NDArray[np.int64]:
+    """Join the entries of several chunks; return log time, chunk and offset, shape [n, 3]."""
+    pairs = np.concatenate([entries for _, entries in parts])
+    chunks = np.repeat([number for number, _ in parts], [len(entries) for _, entries in parts])
+    return np.stack([pairs[:, 0], chunks, pairs[:, 1]], axis=1)
 
 
 def _sorted(entries: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:

@@ -34,8 +34,9 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     write_mcap(
         target,
         out.channels,
-        out.messages(),
+        out.images(),
         out.metadata,
+        rows=out.rows(),
         digest=out.digest,
         packing=Packing(
             style.encoding, out.compressed_channels, FORMATS["mcap"].option(options, "compression")

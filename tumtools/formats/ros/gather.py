@@ -231,8 +231,11 @@ def gather(
         collectors |= {channel.id: _StampCollector() for channel in images}
     wanted = [channel for channel in recording.channels if channel.id in collectors]
     for message in recording.messages(wanted):
-        with named(message.channel, message.log_time):
+        try:
             collectors[message.channel.id].add(message)
+        except InputError:
+            with named(message.channel, message.log_time):
+                raise
     for channel in wanted:
         with named(channel, None):
             collectors[channel.id].flush()

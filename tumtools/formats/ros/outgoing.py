@@ -19,6 +19,7 @@ from tumtools.formats.options import Plan
 from tumtools.formats.ros import messages, serialise
 from tumtools.formats.ros.layouts import TF_TOPIC
 from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessage
+from tumtools.formats.ros.rows import Rows, signal_rows
 from tumtools.formats.ros.style import Style, estimated_bytes
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
@@ -29,15 +30,11 @@ from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    import numpy.typing as npt
-
     from tumtools.model.image import Image
 
 
 _SECONDS_LIMIT: Final[dict[MessageEncoding, int]] = {"cdr": 2**31, "ros1": 2**32}
 """First second that does not fit; before 1970 nothing does, since log times are unsigned."""
-_ABSENT: Final = (-1.0,) + (0.0,) * 8
-"""Covariance of what is not measured (`sensor_msgs/Imu`)."""
 
 
 def style_plan(sequence: Sequence, style: Style, *, compressed: bool) -> Plan:
@@ -90,22 +87,30 @@ class Outgoing:
         noted = self._sequence.noted_digest()
         return {} if noted is None else to_strings(noted)
 
-    def messages(self) -> Iterator[OutMessage]:
-        """Yield all messages, serialised by `jobs` threads, in order.
+    def images(self) -> Iterator[OutMessage]:
+        """Yield calibrations and images, serialised by `jobs` threads, in order.
 
         Raises:
             InputError: An image is damaged.
-            OutputError: A stamp does not fit into the messages.
 
         """
-        sources = [_images(self._sequence, self._style, self._numbers)]
-        sources += _signals(self._sequence, self._style, self._numbers)
-        for _, _, message in heapq.merge(*sources, key=lambda entry: entry[:2]):
-            yield message
+        return _images(self._sequence, self._style, self._numbers)
 
+    def rows(self) -> tuple[Rows, ...]:
+        """Return the messages of the signals; at equal stamps images come first, then these in order."""
+        return tuple(signal_rows(self._sequence, self._style, self._numbers))
 
-_Entry = tuple[int, int, OutMessage]
-"""Stamp, rank at equal stamps, message."""
+    def messages(self) -> Iterator[OutMessage]:
+        """Yield the messages of `images` and `rows`, in order.
+
+        Raises:
+            InputError: An image is damaged.
+
+        """
+        # The merge is stable: at equal stamps it keeps the order of its arguments.
+        return heapq.merge(
+            self.images(), *(rows.messages() for rows in self.rows()), key=lambda message: message.stamp
+        )
 
 
 def outgoing(sequence: Sequence, style: Style) -> Outgoing:
@@ -220,22 +225,13 @@ def _calibration(sequence: Sequence, style: Style, stream: str, image: Image) ->
     return calibration(_camera(sequence, style) or ROS_DEFAULT, stream, image.width, image.height)
 
 
-def _frame_id(sequence: Sequence, style: Style, stream: str, frame_id: str | None = None) -> str:
-    return (
-        style.options.frame_ids.get(stream)
-        or frame_id
-        or sequence.info.frame_ids.get(stream)
-        or style.layout.frames[stream]
-    )
-
-
-def _images(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> Iterator[_Entry]:
+def _images(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> Iterator[OutMessage]:
     def messages_of(frame: Frame) -> tuple[Frame, bytes, tuple[bytes | memoryview, ...]]:
         image = frame.load()
         camera = _calibration(sequence, style, frame.stream, image)
         common = (
             style.encoding,
-            _frame_id(sequence, style, frame.stream, frame.frame_id),
+            style.frame_id(sequence, frame.stream, frame.frame_id),
             frame.stamp,
             frame.row,
         )
@@ -246,83 +242,5 @@ def _images(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> Ite
         return frame, info, serialise.raw_image(*common, image, wanted)
 
     for frame, info, parts in ordered_map(messages_of, sequence.images(), style.options.jobs):
-        rank = 2 * IMAGE_STREAMS.index(frame.stream)
-        yield frame.stamp, rank, OutMessage(numbers[f"{frame.stream} info"], frame.stamp, (info,))
-        yield frame.stamp, rank + 1, OutMessage(numbers[frame.stream], frame.stamp, parts, is_image=True)
-
-
-def _signals(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> list[Iterator[_Entry]]:
-    result = []
-    if sequence.accelerometer is not None:
-        stamps, values = sequence.accelerometer.stamps, sequence.accelerometer.values
-        template = _imu_template(
-            serialise.header(style.encoding, _frame_id(sequence, style, "accelerometer"))
-        )
-        columns = _xyz("linear_acceleration", values)
-        result.append(_rows(style, numbers["accelerometer"], 10, messages.IMU, template, stamps, columns))
-    if sequence.groundtruth is not None:
-        stamps, values = sequence.groundtruth.stamps, sequence.groundtruth.values
-        layout = style.layout
-        world = style.options.frame_ids.get("groundtruth") or sequence.info.frame_ids.get("groundtruth")
-        header = serialise.header(style.encoding, world or layout.world)
-        zero = {"x": 0.0, "y": 0.0, "z": 0.0}
-        if "tf" in numbers:
-            inner = {"translation": zero, "rotation": zero | {"w": 1.0}}
-            template = {"transforms": [{"header": header, "child_frame_id": layout.body, "transform": inner}]}
-            columns = _pose("transforms.0.transform.translation", "transforms.0.transform.rotation", values)
-            result.append(_rows(style, numbers["tf"], 11, messages.TF_MESSAGE, template, stamps, columns))
-        if "groundtruth" in numbers:
-            template = {"header": header, "pose": {"position": zero, "orientation": zero | {"w": 1.0}}}
-            columns = _pose("pose.position", "pose.orientation", values)
-            number = numbers["groundtruth"]
-            result.append(_rows(style, number, 12, messages.POSE_STAMPED, template, stamps, columns))
-    return result
-
-
-def _imu_template(header: serialise.Message) -> serialise.Message:
-    zero = {"x": 0.0, "y": 0.0, "z": 0.0}
-    return {
-        "header": header,
-        "orientation": zero | {"w": 1.0},
-        "orientation_covariance": _ABSENT,
-        "angular_velocity": zero,
-        "angular_velocity_covariance": _ABSENT,
-        "linear_acceleration": zero,
-        "linear_acceleration_covariance": (0.0,) * 9,
-    }
-
-
-def _xyz(path: str, values: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.generic]]:
-    return {f"{path}.{axis}": values[:, column] for column, axis in enumerate("xyz")}
-
-
-def _pose(
-    position: str, rotation: str, values: npt.NDArray[np.float64]
-) -> dict[str, npt.NDArray[np.generic]]:
-    columns = _xyz(position, values)
-    return columns | {f"{rotation}.{axis}": values[:, 3 + column] for column, axis in enumerate("xyzw")}
-
-
-def _rows(
-    style: Style,
-    channel: int,
-    rank: int,
-    kind: str,
-    template: serialise.Message,
-    stamps: npt.NDArray[np.int64],
-    columns: dict[str, npt.NDArray[np.generic]],
-) -> Iterator[_Entry]:
-    """Serialise all rows of a signal at once; yield them in order of their stamps."""
-    order = np.argsort(stamps, kind="stable")
-    seconds, nanoseconds = np.divmod(stamps, NANOSECONDS_PER_SECOND)
-    path = "transforms.0.header" if kind == messages.TF_MESSAGE else "header"
-    columns = columns | {f"{path}.stamp.sec": seconds, f"{path}.stamp.nanosec": nanoseconds}
-    if style.encoding == "ros1":
-        columns[f"{path}.seq"] = np.arange(len(stamps)) % 2**32
-    if not len(stamps):
-        return
-    table = messages.message_type(kind, style.encoding).encode_columns(template, columns)
-    length = table.shape[1]
-    data = memoryview(table[order].tobytes())
-    for number, stamp in enumerate(stamps[order].tolist()):
-        yield stamp, rank, OutMessage(channel, stamp, (data[number * length : (number + 1) * length],))
+        yield OutMessage(numbers[f"{frame.stream} info"], frame.stamp, (info,))
+        yield OutMessage(numbers[frame.stream], frame.stamp, parts, is_image=True)

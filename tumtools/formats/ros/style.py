@@ -50,6 +50,15 @@ class Style:
         raw = {"depth"} if self.depth_encoding != "png" else set()
         return frozenset(raw | ({"rgb", "ir"} if self.color_encoding != "png" else set()))
 
+    def frame_id(self, sequence: Sequence, stream: str, of_frame: str | None = None) -> str:
+        """Return the coordinate frame of a stream, or of one of its frames that says so itself."""
+        return (
+            self.options.frame_ids.get(stream)
+            or of_frame
+            or sequence.info.frame_ids.get(stream)
+            or self.layout.frames[stream]
+        )
+
 
 def make_style(encoding: MessageEncoding, entry: Format, options: WriteOptions) -> Style:
     """Fill in the defaults of a format.

@@ -207,7 +207,7 @@ class _Signals:
         lengths = np.array([_HEAD.itemsize + one.length for one in self._rows])[number]
         starts = np.concatenate([[0], np.cumsum(lengths)])
         data = np.empty(starts[-1], np.uint8)
-        for which in range(len(self._rows)):
+        for which in np.unique(number).tolist():
             chosen = number == which
             records = self._records(which, stamps[chosen])
             places = starts[:-1][chosen]
@@ -304,8 +304,10 @@ class Chunker:
         if not self._new_rows:
             return count
         first = int(run.channels[0]) - 1
-        self._begin(first)
-        self._new_rows.discard(first)
+        if first in self._new_rows:
+            self._new_rows.discard(first)
+            self._begin(first)
+            return 1  # what has been introduced takes room, too
         new = np.isin(run.channels[:count] - 1, list(self._new_rows))
         return int(new.argmax()) if new.any() else count
 

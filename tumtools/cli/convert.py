@@ -127,12 +127,13 @@ def command(
 
 def _write_options(values: dict[str, object]) -> WriteOptions:
     """Build the options of the format; a camera that is no name is the file of a calibration."""
-    from tumtools.formats.calibration import read_calibration
     from tumtools.formats.options import WriteOptions
     from tumtools.model.camera import CAMERAS
 
     camera = values.pop("camera")
     if camera is not None and camera not in CAMERAS:
+        from tumtools.formats.calibration import read_calibration  # it needs YAML
+
         # Depth is registered to colour and shares its intrinsics.
         values["cameras"] = dict.fromkeys(("rgb", "depth"), read_calibration(Path(str(camera))))
         camera = None

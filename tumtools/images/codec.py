@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image as PillowImage
 
 from tumtools.errors import InputError
 from tumtools.images import png
@@ -101,6 +100,8 @@ def pixels_of(image: Image) -> npt.NDArray[np.generic]:
 
 
 def _decode_jpeg(image: Image) -> npt.NDArray[np.generic]:
+    from PIL import Image as PillowImage  # noqa: PLC0415 - it takes a while, and few need it
+
     try:
         with PillowImage.open(io.BytesIO(image.compressed or b""), formats=("JPEG",)) as picture:
             return np.asarray(picture.convert("L" if image.encoding == "mono8" else "RGB"))
@@ -115,6 +116,8 @@ def image_of_jpeg(data: bytes | memoryview) -> Image:
         InputError: Not a JPEG file.
 
     """
+    from PIL import Image as PillowImage  # noqa: PLC0415 - it takes a while, and few need it
+
     try:
         with PillowImage.open(io.BytesIO(data), formats=("JPEG",)) as picture:
             width, height = picture.size

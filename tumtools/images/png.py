@@ -20,7 +20,6 @@ import numpy as np
 import numpy.typing as npt
 from isal import isal_zlib
 from isal.igzip_lib import IsalError
-from PIL import Image as PillowImage
 
 from tumtools.errors import InputError, UnsupportedInputError
 
@@ -263,6 +262,8 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
 
 
 def _decode_pillow(data: bytes | memoryview, found: PngHeader) -> Pixels:
+    from PIL import Image as PillowImage  # noqa: PLC0415 - it takes a while, and few need it
+
     try:
         with PillowImage.open(io.BytesIO(data), formats=("PNG",)) as picture:
             picture.load()

@@ -164,7 +164,7 @@ class Chunk:
         channels, stamps, offsets = (np.concatenate(column) for column in zip(*columns, strict=True))
         entries = np.empty((len(channels), 2), "<i8")
         entries[:, 0], entries[:, 1] = stamps, offsets
-        for channel in np.unique(channels).tolist():
+        for channel in sorted(set(channels.tolist())):
             # In order, as the messages of a channel are all single ones or all in runs.
             self.index[channel] = entries[channels == channel].tobytes()
 
@@ -207,7 +207,7 @@ class _Signals:
         lengths = np.array([_HEAD.itemsize + one.length for one in self._rows])[number]
         starts = np.concatenate([[0], np.cumsum(lengths)])
         data = np.empty(starts[-1], np.uint8)
-        for which in np.unique(number).tolist():
+        for which in sorted(set(number.tolist())):
             chosen = number == which
             records = self._records(which, stamps[chosen])
             places = starts[:-1][chosen]

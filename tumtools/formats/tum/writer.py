@@ -10,6 +10,7 @@ import tarfile
 from abc import ABC, abstractmethod
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -27,7 +28,6 @@ from tumtools.model.time import format_stamp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from pathlib import Path
 
     import numpy.typing as npt
 
@@ -194,7 +194,7 @@ class _Sink(ABC):
 
 class _Folder(_Sink):
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self._path = str(path)
         path.mkdir()
         self._folders = {""}
 
@@ -202,12 +202,13 @@ class _Folder(_Sink):
         folder = name.rpartition("/")[0]
         if folder not in self._folders:
             self.add_folder(folder)
-        with (self._path / name).open("wb") as file:
-            file.write(data)
+        with open(f"{self._path}/{name}", "wb", buffering=0) as file:  # noqa: PTH123 - Path takes as long as a small file
+            while data:
+                data = data[file.write(data) :]
 
     def add_folder(self, name: str) -> None:
         if name not in self._folders:
-            (self._path / name).mkdir(parents=True, exist_ok=True)
+            Path(self._path, name).mkdir(parents=True, exist_ok=True)
             self._folders.add(name)
 
     def close(self) -> None:

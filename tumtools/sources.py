@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tumtools.errors import MissingInputError
 from tumtools.formats import registry
 from tumtools.formats.options import ReadOptions
 
@@ -22,6 +23,8 @@ def locate(source: str | Path) -> Path:
         MissingInputError: There is nothing of that name; the hint says how to get it.
 
     """
+    if not str(source):
+        raise MissingInputError("the name of the source is empty", hint="is a variable of a script not set?")
     path = Path(source)
     if isinstance(source, Path) or os.path.lexists(path):
         return path

@@ -166,6 +166,12 @@ def _extra(folder: Path) -> None:
     shutil.copy(path, path.with_name("1305031009.000000.png"))
 
 
+def _link_to_itself(folder: Path) -> None:
+    path = min((folder / "rgb").iterdir())
+    path.unlink()
+    path.symlink_to(path.name)
+
+
 def _repeat_image(folder: Path) -> None:
     files = sorted((folder / "rgb").iterdir())
     shutil.copy(files[8], files[9])
@@ -293,6 +299,7 @@ FAULTS = [
         rows(RGB, lambda body: [*body[:3], body[3].split()[0] + " ../../x.png\n", *body[4:]]),
         ("TUM104",),
     ),
+    Fault("an image that is a link to itself", "TUM001", _link_to_itself),
     Fault("an image that no list names", "TUM002", _extra),
     Fault("a row taken out of a list", "TUM002", rows(DEPTH, _cut(10, 11))),
     Fault("a word instead of a stamp", "TUM003", rows(POSES, _replace(20, "none 0 0 0 0 0 0 1"))),
@@ -343,6 +350,14 @@ FAULTS = [
     Fault("commas", "TUM006", rows(ACCELERATIONS, lambda body: [row.replace(" ", ",") for row in body])),
     Fault("a byte-order mark", "TUM006", _encode(RGB, "utf-8-sig")),
     Fault("no final line end", "TUM006", _text(POSES, str.rstrip)),
+    Fault(
+        "backslashes in a list", "TUM006", rows(RGB, lambda body: [row.replace("/", "\\") for row in body])
+    ),
+    Fault(
+        "an association file as list",
+        "TUM006",
+        rows(DEPTH, lambda body: [f"{row.strip()} {row}" for row in body]),
+    ),
     # stamps
     Fault("two rows swapped (colour)", "TUM101", rows(RGB, _swap(10, 11))),
     Fault("two rows swapped (ground truth)", "TUM101", rows(POSES, _swap(50, 51))),
@@ -417,6 +432,7 @@ FAULTS = [
     Fault("every tenth pose kept", "TUM107", rows(POSES, lambda body: body[::10])),
     Fault("depth stamps shifted by 10 s", "TUM108", stamps(DEPTH, _shift_stamp(10)), ("TUM104",)),
     Fault("ground truth of the first second only", "TUM109", rows(POSES, lambda body: body[:100])),
+    Fault("ground truth of a single pose", "TUM109", rows(POSES, lambda body: body[:1])),
     Fault("ground truth shifted by an hour", "TUM109", stamps(POSES, _shift_stamp(3600))),
     # images
     Fault("a PNG file cut off", "TUM201", data("rgb", lambda file: file[: len(file) // 2])),
@@ -505,6 +521,8 @@ FAULTS = [
     # accelerometer
     Fault("the accelerometer in g", "TUM501", numbers(ACCELERATIONS, lambda v: v / 9.80665, 6)),
     Fault("gravity taken out", "TUM501", numbers(ACCELERATIONS, lambda v: v * 0.02, 6)),
+    Fault("an infinite acceleration", "TUM503", numbers(ACCELERATIONS, _set(20, 1, np.inf), 6)),
+    Fault("an acceleration that is no number", "TUM503", numbers(ACCELERATIONS, _set(9, 2, np.nan), 6)),
     Fault("six columns", "TUM502", numbers(ACCELERATIONS, lambda v: np.concatenate([v * 0.1, v], axis=1), 6)),
 ]
 

@@ -30,8 +30,9 @@ SPECIFIED = (
     *(f"TUM40{n}" for n in range(1, 8)),
     "TUM501",
     "TUM502",
+    "TUM503",
     "TUM601",
-    *(f"TUM70{n}" for n in range(1, 6)),
+    *(f"TUM70{n}" for n in range(1, 7)),
 )
 
 

@@ -76,6 +76,9 @@ def test_the_nearest_file_is_found_from_below(tmp_path: Path) -> None:
         ("[validate.severity]\nTUM101 = 'bad'", "TUM101"),
         ("[validate.limits.TUM101]\nx = 1", "TUM101.x"),
         ("[validate.limits.TUM103]\nperiods = 'many'", "periods"),
+        ("[validate.limits.TUM999]\nx = 1", "TUM999"),
+        ("[validat]\nselect = []", "validat"),
+        ("validate = 3", "validate must be a table"),
         ("[[validate.path]]\nignore = []", "match"),
         ("[[validate.path]]\nmatch = 'a'\nfail-on = 'never'", "fail-on"),
     ],
@@ -91,6 +94,19 @@ def test_a_file_that_is_no_toml_is_named(tmp_path: Path, text: str) -> None:
     path.write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(InputError, match=r"tumtools\.toml"):
         read_config(path)
+
+
+def test_rules_go_by_their_names_too(tmp_path: Path) -> None:
+    assert parse_codes("missing-file,TUM2", "here") == ("TUM001", "TUM2")
+    settings = read_config(
+        _config(
+            tmp_path, '[validate.severity]\nmissing-file = "info"\n[validate.limits.stamp-gap]\nperiods = 7'
+        )
+    )
+    assert settings.severity == {"TUM001": Severity.INFO}
+    assert settings.limits == {"TUM103": {"periods": 7.0}}
+    with pytest.raises(UsageError, match="missing-fil'"):
+        parse_codes("missing-fil", "here")
 
 
 def test_codes_are_given_whole_or_by_their_beginning() -> None:

@@ -26,7 +26,7 @@ def discover(source: str) -> list[str]:
 
     """
     path = Path(source)
-    if not path.is_dir() or _is_sequence(path):
+    if not source or not path.is_dir() or _is_sequence(path):
         return [source]
     return [str(found) for found in _below(path, _MAX_DEPTH)] or [source]
 

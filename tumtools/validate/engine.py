@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from tumtools.formats.options import Progress, ReadOptions, no_progress
 from tumtools.validate.errata import explain
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from tumtools.validate.subject import Subject
+
+CANNOT_BE_OPENED: Final = frozenset({"TUM001", "TUM701", "TUM706"})
+"""Rules that say why a source cannot be opened; they always run then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +120,13 @@ def check(subject: Subject, settings: Settings, *, full: bool = True) -> Result:
     """Run the rules over what was gathered."""
     found: list[Finding] = []
     known = {code for explained in explain(subject) for code in explained.codes}
-    rules = [rule for rule in RULES.values() if settings.runs(rule) and (full or rule.needs is Needs.TEXT)]
+    rules = [
+        rule
+        for rule in RULES.values()
+        if (settings.runs(rule) and (full or rule.needs is Needs.TEXT))
+        # Who chooses rules does not mean that a source that is not there should pass.
+        or (subject.info is None and rule.code in CANNOT_BE_OPENED)
+    ]
     for rule in rules:
         limits = dict(settings.limits.get(rule.code, {}))
         findings = rule.run(subject, limits, settings.severity.get(rule.code))

@@ -208,6 +208,8 @@ def _plain(layout: TextLayout, *, lists: bool) -> TextLayout:
     for row, text in layout.overrides.items():
         *before, line = text.replace("\r", "").split("\n")
         fields = [field for field in re.split(r"[,\s]+", line) if field]
+        if lists:
+            fields = [fields[0], fields[1].replace("\\", "/")]
         if before or lists:
             overrides[row] = "\n".join([*before, " ".join(fields)])
     return replace(

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tumtools.errors import InputError
+from tumtools.errors import InputError, UsageError
 from tumtools.formats import registry
 from tumtools.formats.options import Progress, ReadOptions, no_progress
 from tumtools.formats.ros.incoming import RosSequence
@@ -57,7 +57,11 @@ def load(
         else:
             sequence = _open(entry, path, options, subject)
     except InputError as error:
-        subject.damage.append(error)
+        _note(subject, error)
+        return subject
+    except UsageError as error:
+        # That several topics could be meant, or none of those asked for, is about this source only.
+        subject.unclear = error
         return subject
     with sequence:
         _describe(subject, sequence)
@@ -81,8 +85,14 @@ def _open(entry: registry.Format, path: Path, options: ReadOptions, subject: Sub
     try:
         return entry.reader.open(path, options)
     except InputError as error:
-        subject.damage.append(error)
+        _note(subject, error)
         return entry.reader.open(path, ReadOptions(topics=options.topics, salvage=True))
+
+
+def _note(subject: Subject, error: InputError) -> None:
+    """Note damage, that which is found again with `salvage` once only."""
+    if str(error) not in map(str, subject.damage):
+        subject.damage.append(error)
 
 
 def _describe(subject: Subject, sequence: Sequence) -> None:

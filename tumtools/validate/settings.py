@@ -28,6 +28,8 @@ _KEYS: Final = frozenset(
 )
 _PATH_KEYS: Final = _KEYS - {"path", "fail-on"} | {"match"}
 MAX_FINDINGS: Final = 10
+_CODES: Final = {rule.slug: code for code, rule in RULES.items()}
+_TABLE: Final = "validate"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,20 +80,26 @@ def _matches(code: str, prefixes: tuple[str, ...]) -> bool:
 
 
 def parse_codes(codes: object, where: str) -> tuple[str, ...]:
-    """Check codes or beginnings of codes, given as a list or with commas between them.
+    """Check codes, beginnings of codes or names of rules, given as a list or with commas between them.
+
+    Returns:
+        Codes and beginnings of codes.
 
     Raises:
-        UsageError: No rule begins like that.
+        UsageError: No rule is named or begins like that.
 
     """
     items = codes.split(",") if isinstance(codes, str) else codes
     if not isinstance(items, (list, tuple)) or not all(isinstance(item, str) for item in items):
         raise UsageError(f"{where}: expected a list of codes, not {codes!r}")
-    found = tuple(item.strip().upper() for item in items if item.strip())
-    for item in found:
-        if item != ALL and not any(code.startswith(item) for code in RULES):
-            raise UsageError(f"{where}: no rule {item!r}", hint="see: tumtools rules")
-    return found
+    return tuple(_parse_code(item.strip(), where) for item in items if item.strip())
+
+
+def _parse_code(item: str, where: str) -> str:
+    code = _CODES.get(item.lower(), item.upper())
+    if code != ALL and not any(known.startswith(code) for known in RULES):
+        raise UsageError(f"{where}: no rule {item!r}", hint="see: tumtools rules")
+    return code
 
 
 def find_config(start: Path) -> Path | None:
@@ -139,13 +147,21 @@ def _table(path: Path) -> Mapping[str, object]:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"the configuration cannot be read: {error}", path=path) from error
     if path.name == "pyproject.toml":
-        document = _section(_section(document, "tool"), "tumtools")
-    return _section(document, "validate")
+        for key in ("tool", "tumtools"):
+            document = _section(document, key, path)
+    unknown = sorted(set(document) - {_TABLE})
+    if unknown:
+        raise UsageError(
+            f"unknown key {unknown[0]!r}", path=path, hint=f"settings of validate stand in the table {_TABLE}"
+        )
+    return _section(document, _TABLE, path)
 
 
-def _section(table: Mapping[str, object], key: str) -> dict[str, object]:
+def _section(table: Mapping[str, object], key: str, path: Path) -> dict[str, object]:
     value = table.get(key, {})
-    return value if isinstance(value, dict) else {}
+    if not isinstance(value, dict):
+        raise UsageError(f"{key} must be a table", path=path)
+    return value
 
 
 def _check_keys(table: Mapping[str, object], known: frozenset[str], where: str) -> None:
@@ -194,10 +210,11 @@ def _severities(table: object, where: str) -> dict[str, Severity]:
     if not isinstance(table, dict):
         raise UsageError(f'{where}: severity must be a table, code = "warning"')
     result = {}
-    for code, word in table.items():
+    for name, word in table.items():
+        code = _CODES.get(name, name)
         if code not in RULES or word not in SEVERITY_WORDS:
             raise UsageError(
-                f"{where}: severity.{code} = {word!r}: expected a code and one of {SEVERITY_WORDS}"
+                f"{where}: severity.{name} = {word!r}: expected a rule and one of {', '.join(SEVERITY_WORDS)}"
             )
         result[code] = Severity.of_word(word)
     return result
@@ -207,14 +224,17 @@ def _limits(table: object, where: str) -> dict[str, dict[str, float]]:
     if not isinstance(table, dict):
         raise UsageError(f"{where}: limits must be tables, [validate.limits.TUM103]")
     result: dict[str, dict[str, float]] = {}
-    for code, values in table.items():
-        known = RULES[code].limits if code in RULES else {}
+    for rule, values in table.items():
+        code = _CODES.get(rule, rule)
+        if code not in RULES:
+            raise UsageError(f"{where}: limits.{rule}: no rule {rule!r}", hint="see: tumtools rules")
         if not isinstance(values, dict):
-            raise UsageError(f"{where}: limits.{code} must be a table")
+            raise UsageError(f"{where}: limits.{rule} must be a table")
         for name, value in values.items():
-            if name not in known or isinstance(value, bool) or not isinstance(value, (int, float)):
+            is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if name not in RULES[code].limits or not is_number:
                 raise UsageError(
-                    f"{where}: limits.{code}.{name} = {value!r} is not understood",
+                    f"{where}: limits.{rule}.{name} = {value!r} is not understood",
                     hint=f"see: tumtools rules {code}",
                 )
             result.setdefault(code, {})[name] = float(value)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from tumtools.errors import InputError
+    from tumtools.errors import InputError, UsageError
     from tumtools.formats.ros.inspection import RecordingFacts
     from tumtools.formats.tum.text import Problem, Table
     from tumtools.model.sequence import SequenceInfo
@@ -94,6 +94,7 @@ class Subject:
         format: Name of its format; empty if unknown.
         info: Its header; None if it could not be opened.
         damage: What could not be read, in the order found.
+        unclear: Why it is not clear which topics are the streams; then it could not be opened.
         texts: Text files by stream (format tum).
         sizes: Size of each file that is there, by name (format tum); None for others.
         names: File name of each row of the image lists (format tum).
@@ -113,6 +114,7 @@ class Subject:
     format: str = ""
     info: SequenceInfo | None = None
     damage: list[InputError] = field(default_factory=list)
+    unclear: UsageError | None = None
     texts: Mapping[str, TextFile] = field(default_factory=dict)
     sizes: Mapping[str, int] | None = None
     names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

@@ -108,10 +108,14 @@ class Folder(Storage):
 def _walk(path: Path, prefix: str) -> Iterator[tuple[str, int]]:
     with os.scandir(path) as entries:
         for entry in sorted(entries, key=lambda entry: entry.name):
-            if entry.is_dir():
+            try:
+                is_folder, is_file = entry.is_dir(), entry.is_file()
+            except OSError:
+                continue  # a link to itself
+            if is_folder:
                 if prefix.count("/") < _MAX_DEPTH:
                     yield from _walk(Path(entry.path), f"{prefix}{entry.name}/")
-            elif entry.is_file():
+            elif is_file:
                 yield prefix + entry.name, entry.stat().st_size
             # Links to nowhere are missing files; reading a pipe or a device might never end.
 

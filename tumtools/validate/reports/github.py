@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""Workflow commands of GitHub Actions, which become annotations."""
+"""Workflow commands of GitHub Actions, which become annotations; the verdicts are for the log."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
 from tumtools.validate.finding import Severity
+from tumtools.validate.reports.text import verdict
 from tumtools.validate.rules import RULES
 
 if TYPE_CHECKING:
@@ -17,8 +18,9 @@ _COMMANDS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severi
 
 
 def render(report: Report) -> str:
-    """Render a command a finding."""
+    """Render a command a finding, and a verdict a source."""
     lines = [_command(result, finding) for result in report.results for finding in result.findings]
+    lines += [f"{_escape(result.source)}: {verdict(result, report.fail_on)}" for result in report.results]
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -8,6 +8,7 @@ import re
 from typing import TYPE_CHECKING, Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from tumtools import __version__
 from tumtools.validate.rules import RULES
 
 if TYPE_CHECKING:
@@ -45,7 +46,10 @@ def _suite(root: Element, number: int, result: Result, report: Report) -> None:
         errors="0",
         time="0",
     )
-    SubElement(suite, "properties")
+    # The schemas disagree on whether there may be none.
+    properties = SubElement(suite, "properties")
+    for name, value in (("tumtools", __version__), ("format", result.format), ("level", result.level)):
+        SubElement(properties, "property", name=name, value=value)
     for code in result.rules:
         case = SubElement(
             suite, "testcase", classname=_clean(result.source), name=f"{code} {RULES[code].slug}", time="0"

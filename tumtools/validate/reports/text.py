@@ -47,7 +47,7 @@ def render_styled(report: Report, style: Style) -> str:
             if file:
                 lines.append(f"  {file}")
             lines.extend(_line(finding, style) for finding in findings)
-        lines.append(_verdict(result, fail_on, style))
+        lines.append(f"  {verdict(result, fail_on, style)}")
         lines.append("")
     if len(results) > 1:
         failed = sum(result.fails(fail_on) for result in results)
@@ -72,11 +72,13 @@ def _line(finding: Finding, style: Style) -> str:
     return f"    {where}{word} {finding.code} {finding.message}{hint}"
 
 
-def _verdict(result: Result, fail_on: Severity | None, style: Style) -> str:
+def verdict(result: Result, fail_on: Severity | None, style: Style = plain) -> str:
+    """Return whether a source passed, and how many findings it has."""
     counts = [
-        f"{result.count(severity)} {severity.word}{'' if severity is Severity.INFO else 's'}"
+        f"{(count := result.count(severity))} {severity.word}"
+        f"{'' if count == 1 or severity is Severity.INFO else 's'}"
         for severity in (Severity.ERROR, Severity.WARNING, Severity.INFO)
     ]
     accepted = f", {result.accepted} accepted by the baseline" if result.accepted else ""
     word = style("failed", "red") if result.fails(fail_on) else style("passed", "green")
-    return f"  {word}: {', '.join(counts)}{accepted}"
+    return f"{word}: {', '.join(counts)}{accepted}"

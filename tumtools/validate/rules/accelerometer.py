@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""TUM501 and TUM502: the accelerometer by itself."""
+"""TUM501 to TUM503: the accelerometer by itself."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from tumtools.validate.subject import ProblemKind
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import numpy.typing as npt
+
     from tumtools.validate.rule import Limits
     from tumtools.validate.subject import Subject
 
@@ -22,6 +24,13 @@ _MIN_ROWS: Final = 10
 _ABSURD: Final = 1e100
 """Squares of greater numbers overflow."""
 _NEAR: Final = 0.06
+
+
+def _is_sensible(values: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Tell the rows with finite numbers of a sensible size."""
+    sizes: npt.NDArray[np.float64] = np.abs(np.nan_to_num(values, nan=np.inf))
+    sensible: npt.NDArray[np.bool_] = np.all(sizes < _ABSURD, axis=1)
+    return sensible
 
 
 @rule(
@@ -42,7 +51,7 @@ def accelerometer_gravity(subject: Subject, limits: Limits) -> Iterator[Found]:
     if subject.accelerometer is None or len(subject.accelerometer) < _MIN_ROWS:
         return
     values = subject.accelerometer.values
-    norms = np.linalg.norm(values[(np.abs(np.nan_to_num(values, nan=np.inf)) < _ABSURD).all(axis=1)], axis=1)
+    norms = np.linalg.norm(values[_is_sensible(values)], axis=1)
     median = float(np.median(norms)) if len(norms) else 0.0
     if limits["lowest"] <= median <= limits["highest"]:
         return
@@ -54,7 +63,7 @@ def accelerometer_gravity(subject: Subject, limits: Limits) -> Iterator[Found]:
     elif median < 1:
         guess = ": gravity seems to have been taken out"
     yield Found(
-        f"the median norm is {median:.3g} m/s2{guess}",
+        f"the median norm is {median:.4g} m/s2{guess}",
         subject.stream_place("accelerometer"),
         measured=f"{median:.4f} m/s2",
         expected=f"{limits['lowest']:g} .. {limits['highest']:g} m/s2",
@@ -85,4 +94,22 @@ def accelerometer_columns(subject: Subject, limits: Limits) -> Iterator[Found]:
         )
 
 
-RULES = (accelerometer_gravity, accelerometer_columns)
+@rule(
+    "TUM503",
+    "accelerometer-not-finite",
+    Severity.ERROR,
+    title="An acceleration is no number, or an absurd one.",
+    why="One NaN makes every mean and every filter state after it NaN.",
+    how="Every number is looked at.",
+    mend="Remove the row.",
+)
+def accelerometer_not_finite(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Look for rows that are no accelerations."""
+    del limits
+    if subject.accelerometer is None:
+        return
+    for row in np.flatnonzero(~_is_sensible(subject.accelerometer.values)).tolist():
+        yield Found("a number is not finite, or absurdly large", subject.place("accelerometer", row))
+
+
+RULES = (accelerometer_gravity, accelerometer_columns, accelerometer_not_finite)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""TUM701 to TUM705: archives, bags, MCAP files and rawlogs."""
+"""TUM701 to TUM706: archives, bags, MCAP files and rawlogs."""
 
 from __future__ import annotations
 
@@ -190,4 +190,23 @@ def _implausible(camera: CameraInfo) -> str:
     return ""
 
 
-RULES = (container_damaged, container_order, frame_id_slash, depth_encoding, camera_info)
+@rule(
+    "TUM706",
+    "topics-unclear",
+    Severity.ERROR,
+    title="It is not clear which topics of a recording are the streams.",
+    why="Nothing can be checked before it is, and a reader that takes the first may take the wrong one.",
+    how=(
+        "Topics are found by type and name. It is unclear if several fit one stream, or if the one that was "
+        "asked for is not there."
+    ),
+    mend="Name the topic: `--topic STREAM=TOPIC`.",
+)
+def topics_unclear(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Report why the recording was not opened."""
+    del limits
+    if subject.unclear is not None:
+        yield Found(subject.unclear.message, NOWHERE, subject.unclear.hint or "")
+
+
+RULES = (container_damaged, container_order, frame_id_slash, depth_encoding, camera_info, topics_unclear)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _BOM: Final = "\ufeff"
 _HEADER_LINES: Final = 3
+_LIST_FIELDS: Final = 2
 
 
 @rule(
@@ -146,14 +147,16 @@ def header_style(subject: Subject, limits: Limits) -> Iterator[Found]:
     title="A stream is there and has no rows.",
     why="A list without rows is most often a recording that failed.",
     how=(
-        "Rows are counted. An accelerometer file with nothing but its header is as published for "
-        "the third camera."
+        "Rows are counted, but not those of a damaged recording, which TUM701 reports. An accelerometer file "
+        "with nothing but its header is as published for the third camera."
     ),
     mend="Record again, or remove the file.",
 )
 def empty_stream(subject: Subject, limits: Limits) -> Iterator[Found]:
     """Count rows."""
     del limits
+    if subject.damage:
+        return
     for stream, stamps in subject.all_stamps.items():
         text = subject.texts.get(stream)
         if len(stamps) or (text is not None and not text.is_sound):
@@ -173,7 +176,10 @@ def empty_stream(subject: Subject, limits: Limits) -> Iterator[Found]:
     Severity.WARNING,
     title="A text file has another encoding, separator or line end than the published ones.",
     why="Readers that split at single blanks, or compare names with the line end attached, fail.",
-    how="Byte-order mark, carriage returns, tabs, commas, and the end of the last line are looked for.",
+    how=(
+        "Byte-order mark, carriage returns, tabs, commas, backslashes in file names, more fields in a list "
+        "than a stamp and a name, and the end of the last line are looked for."
+    ),
     mend="Save as UTF-8 with single blanks and line feeds (`validate --fix`).",
     fixable=True,
 )
@@ -183,6 +189,9 @@ def encoding_or_eol(subject: Subject, limits: Limits) -> Iterator[Found]:
     for stream, text in subject.texts.items():
         for line, what in _oddities(text):
             yield Found(what, Place(text.name, line, stream))
+        if stream in IMAGE_STREAMS:
+            for line, what in _odd_names(text):
+                yield Found(what, Place(text.name, line, stream))
 
 
 def _oddities(text: TextFile) -> Iterator[tuple[int, str]]:
@@ -206,6 +215,21 @@ def _oddities(text: TextFile) -> Iterator[tuple[int, str]]:
                 yield int(table.lines[odd[0]]), f"fields of {len(odd)} rows are separated by {name}"
     if len(table.lines) and not layout.final_newline and not layout.tail:
         yield int(np.max(table.lines)), "the last line has no line end"
+
+
+def _odd_names(text: TextFile) -> Iterator[tuple[int, str]]:
+    """Look for names and fields that other readers of lists stumble over."""
+    table = text.table
+    rows = {row: line.rsplit("\n", 1)[-1] for row, line in table.layout.overrides.items()}
+    backslashes = [row for row, line in rows.items() if "\\" in line]
+    longer = [row for row, line in rows.items() if len(line.replace(",", " ").split()) > _LIST_FIELDS]
+    for found, what in (
+        (backslashes, "backslashes in the file names of {}"),
+        (longer, "more than a stamp and a name in {}; the rest is not read"),
+    ):
+        if found:
+            count = "1 row" if len(found) == 1 else f"{len(found)} rows"
+            yield int(table.lines[found[0]]), what.format(count)
 
 
 RULES = (missing_file, unlisted_image, unreadable_text, header_style, empty_stream, encoding_or_eol)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -56,8 +57,8 @@ def image_unreadable(subject: Subject, limits: Limits) -> Iterator[Found]:
     title="An image is not of the kind or size that its stream has.",
     why="Readers cast what they find: 8-bit depth becomes metres of 0.05, a palette becomes grey.",
     how=(
-        "Bit depth, colour type and size are read from the header and compared with the first "
-        "image and 640x480."
+        "Bit depth, colour type and size are read from the header; the size is compared with that of most "
+        "images of the stream, and with 640x480."
     ),
     mend="Write colour as 8-bit RGB and depth as 16-bit grey, all of one size.",
 )
@@ -69,11 +70,13 @@ def image_format(subject: Subject, limits: Limits) -> Iterator[Found]:
         if not readable:
             continue
         kind, encodings = _WANTED[stream]
-        size = (readable[0].width, readable[0].height)
+        sizes = Counter((facts.width, facts.height) for facts in readable)
+        size, _ = sizes.most_common(1)[0]  # of equally many, that of the first image
         if size != _SIZE:
+            row = next(facts.row for facts in readable if (facts.width, facts.height) == size)
             yield Found(
                 f"the {stream} images have {size[0]}x{size[1]} pixels, the benchmark's have 640x480",
-                subject.image_place(stream, readable[0].row),
+                subject.image_place(stream, row),
                 severity=Severity.WARNING,
             )
         for facts in readable:
@@ -88,9 +91,14 @@ def image_format(subject: Subject, limits: Limits) -> Iterator[Found]:
                 yield Found(f"{found} instead of {kind}", subject.image_place(stream, facts.row))
             elif (facts.width, facts.height) != size:
                 yield Found(
-                    f"{facts.width}x{facts.height} pixels, the first image has {size[0]}x{size[1]}",
+                    f"{facts.width}x{facts.height} pixels, {_share(sizes[size], len(readable))} "
+                    f"{size[0]}x{size[1]}",
                     subject.image_place(stream, facts.row),
                 )
+
+
+def _share(count: int, total: int) -> str:
+    return f"{count} of the {total} images of the stream have" if count > 1 else "the first image has"
 
 
 @rule(
@@ -116,11 +124,15 @@ def image_repeated(subject: Subject, limits: Limits) -> Iterator[Found]:
                 continue
             first = seen.setdefault(facts.fingerprint, facts)
             if first.stamp != facts.stamp:
-                other = subject.image_place(first.stream, first.row)
-                yield Found(
-                    f"the same pixels as {other}, {(facts.stamp - first.stamp) / 1e9:.3f} s before",
-                    subject.image_place(facts.stream, facts.row),
-                )
+                here, other = (subject.image_place(one.stream, one.row) for one in (facts, first))
+                before = f"{(facts.stamp - first.stamp) / 1e9:.3f} s before"
+                if here.file and here.file == other.file:
+                    yield Found(
+                        f"the image is listed twice, the first time {before}",
+                        subject.place(facts.stream, facts.row),
+                    )
+                else:
+                    yield Found(f"the same pixels as {other}, {before}", here)
 
 
 @rule(

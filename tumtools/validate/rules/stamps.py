@@ -160,9 +160,10 @@ def stamp_name_mismatch(subject: Subject, limits: Limits) -> Iterator[Found]:
         stamps = subject.stamps[stream]
         if went_through_float32(stamps) or not subject.texts[stream].is_sound:
             continue
+        implausible = _implausible(stamps).tolist()
         for row, (name, stamp) in enumerate(zip(names, stamps.tolist(), strict=True)):
             named = _stamp_of_name(name)
-            if named == stamp:
+            if named == stamp or implausible[row]:  # the latter is TUM105
                 continue
             place = subject.place(stream, row)
             if named is None:
@@ -202,7 +203,7 @@ def stamp_implausible(subject: Subject, limits: Limits) -> Iterator[Found]:
             message = f"{token} is no number of seconds since 1970{share}: {_guess_text(token)}"
             yield Found(message, Place(text.name, problems[0].line, stream))
     for stream, stamps in subject.all_stamps.items():
-        wrong = np.flatnonzero((stamps < _EARLIEST * 10**9) | (stamps > _LATEST * 10**9))
+        wrong = np.flatnonzero(_implausible(stamps))
         if len(wrong):
             row = int(wrong[0])
             share = "" if len(wrong) == 1 else f" ({len(wrong)} of {len(stamps)} rows)"
@@ -211,6 +212,11 @@ def stamp_implausible(subject: Subject, limits: Limits) -> Iterator[Found]:
                 f"{_text_of(int(stamps[row]))} is not in the years 2000 to 2100{share}: {guess}",
                 subject.place(stream, row),
             )
+
+
+def _implausible(stamps: Stamps) -> npt.NDArray[np.bool_]:
+    wrong: npt.NDArray[np.bool_] = (stamps < _EARLIEST * 10**9) | (stamps > _LATEST * 10**9)
+    return wrong
 
 
 def _guess_text(token: str) -> str:

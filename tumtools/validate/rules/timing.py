@@ -155,15 +155,16 @@ def groundtruth_coverage(subject: Subject, limits: Limits) -> Iterator[Found]:
     if subject.groundtruth is None or not is_recording(subject, "groundtruth"):
         return
     poses = np.unique(subject.groundtruth.stamps)
-    step = median_period(poses)
-    if not step or went_through_float32(poses):
+    # Of a single pose there is no step; it covers no more than one of the benchmark's would.
+    step = median_period(poses) or 1e9 / _RATES_HZ["groundtruth"][0]
+    if not len(poses) or went_through_float32(poses):
         return
     for stream in IMAGE_STREAMS:
         stamps = subject.stamps.get(stream)
         if stamps is None or not len(stamps):
             continue
-        after = np.clip(np.searchsorted(poses, stamps), 1, len(poses) - 1)
-        nearest = np.minimum(np.abs(stamps - poses[after - 1]), np.abs(poses[after] - stamps))
+        after = np.clip(np.searchsorted(poses, stamps), 0, len(poses) - 1)
+        nearest = np.minimum(np.abs(stamps - poses[np.maximum(after - 1, 0)]), np.abs(poses[after] - stamps))
         bare = np.flatnonzero(nearest > limits["steps"] * step)
         if len(bare) > limits["share"] * len(stamps):
             yield Found(
@@ -178,8 +179,9 @@ def groundtruth_coverage(subject: Subject, limits: Limits) -> Iterator[Found]:
     holes = np.flatnonzero(steps > limits["hole"] * 1e9)
     if len(holes):
         longest = int(holes[np.argmax(steps[holes])])
+        count = "1 hole" if len(holes) == 1 else f"{len(holes)} holes"
         yield Found(
-            f"{len(holes)} holes in the ground truth longer than {limits['hole']:g} s, the longest of "
+            f"{count} in the ground truth longer than {limits['hole']:g} s, the longest of "
             f"{int(steps[longest]) / 1e9:.2f} s ends here",
             subject.place("groundtruth", int(order[longest + 1])),
             measured=f"{int(steps[longest]) / 1e9:.4f} s",

@@ -58,6 +58,22 @@ def test_rounding_is_to_the_nearest_count_and_its_error_is_told(metres: np.ndarr
     assert (rounding.inexact == 0) == (rounding.largest_error == 0)
 
 
+COUNTED = st.builds(lambda count: np.float32(count / 5000), st.integers(0, 65_535))
+ODD = st.sampled_from([np.nan, -np.nan, np.inf, -np.inf, -0.0, -0.0002, 13.1072, 1e-45, 3.4e38, -3.4e38])
+
+
+@given(hnp.arrays(np.float32, st.tuples(st.integers(1, 3), st.integers(1, 20)), elements=COUNTED | ODD))
+def test_readings_that_are_counts_come_back_whatever_is_beside_them(metres: np.ndarray) -> None:
+    counts, rounding = to_counts(metres, 5000.0)
+    with np.errstate(invalid="ignore"):
+        expected = np.rint(metres.astype(np.float64) * 5000)
+        inside = (expected >= 0) & (expected < 65_536)
+    assert np.array_equal(counts, np.where(inside, expected, 0))
+    assert rounding.clipped == np.count_nonzero(~inside & ~np.isnan(metres))
+    assert rounding.inexact == np.count_nonzero(metres == np.float32(1e-45))
+    assert np.array_equal(to_counts(metres[:, ::-1], 5000.0)[0], counts[:, ::-1])
+
+
 def test_multiples_are_rescaled_without_loss() -> None:
     millimetres = np.arange(0, 13_108, dtype=np.uint16)
     counts, rounding = rescale_counts(millimetres, 1000.0, 5000.0)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import io
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -100,13 +99,10 @@ def pixels_of(image: Image) -> npt.NDArray[np.generic]:
 
 
 def _decode_jpeg(image: Image) -> npt.NDArray[np.generic]:
-    from PIL import Image as PillowImage  # noqa: PLC0415 - it takes a while, and few need it
+    from tumtools.images.pillow import opened  # noqa: PLC0415 - brings Pillow
 
-    try:
-        with PillowImage.open(io.BytesIO(image.compressed or b""), formats=("JPEG",)) as picture:
-            return np.asarray(picture.convert("L" if image.encoding == "mono8" else "RGB"))
-    except (OSError, SyntaxError, ValueError, PillowImage.DecompressionBombError) as error:
-        raise InputError(f"the JPEG image cannot be decoded: {error}") from error
+    with opened(image.compressed or b"", "the JPEG image cannot be decoded", "JPEG") as picture:
+        return np.asarray(picture.convert("L" if image.encoding == "mono8" else "RGB"))
 
 
 def image_of_jpeg(data: bytes | memoryview) -> Image:
@@ -116,14 +112,11 @@ def image_of_jpeg(data: bytes | memoryview) -> Image:
         InputError: Not a JPEG file.
 
     """
-    from PIL import Image as PillowImage  # noqa: PLC0415 - it takes a while, and few need it
+    from tumtools.images.pillow import opened  # noqa: PLC0415 - brings Pillow
 
-    try:
-        with PillowImage.open(io.BytesIO(data), formats=("JPEG",)) as picture:
-            width, height = picture.size
-            encoding = "mono8" if picture.mode == "L" else "rgb8"
-    except (OSError, SyntaxError, ValueError, PillowImage.DecompressionBombError) as error:
-        raise InputError(f"not a JPEG image: {error}") from error
+    with opened(data, "not a JPEG image", "JPEG") as picture:
+        width, height = picture.size
+        encoding = "mono8" if picture.mode == "L" else "rgb8"
     return Image(width, height, encoding, compressed=data, compression="jpeg")
 
 

@@ -11,7 +11,6 @@ Source: W3C PNG specification, sections 5 (datastream), 9 (filters) and 11.2 (ch
 
 from __future__ import annotations
 
-import io
 import struct
 from dataclasses import dataclass, replace
 from typing import Final
@@ -262,17 +261,14 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
 
 
 def _decode_pillow(data: bytes | memoryview, found: PngHeader) -> Pixels:
-    from PIL import Image as PillowImage  # noqa: PLC0415 - it takes a while, and few need it
+    from tumtools.images.pillow import opened  # noqa: PLC0415 - brings Pillow
 
-    try:
-        with PillowImage.open(io.BytesIO(data), formats=("PNG",)) as picture:
-            picture.load()
-            if found.bit_depth == 16:  # noqa: PLR2004 - bits or bytes a sample
-                return np.asarray(picture).astype(np.uint16, copy=False)
-            mode = {"mono8": "L", "rgb8": "RGB", "rgba8": "RGBA"}[found.encoding]
-            return np.asarray(picture if picture.mode == mode else picture.convert(mode))
-    except (OSError, SyntaxError, ValueError, struct.error, PillowImage.DecompressionBombError) as error:
-        raise InputError(f"the PNG file cannot be decoded: {error}") from error
+    with opened(data, "the PNG file cannot be decoded", "PNG") as picture:
+        picture.load()
+        if found.bit_depth == 16:  # noqa: PLR2004 - bits or bytes a sample
+            return np.asarray(picture).astype(np.uint16, copy=False)
+        mode = {"mono8": "L", "rgb8": "RGB", "rgba8": "RGBA"}[found.encoding]
+        return np.asarray(picture if picture.mode == mode else picture.convert(mode))
 
 
 def encode(pixels: npt.NDArray[np.generic]) -> bytes:

@@ -7,14 +7,12 @@ Nothing is decoded before somebody asks for an image.
 
 from __future__ import annotations
 
-import io
 import re
 import zlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from PIL import Image as PillowImage
 
 from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.rawlog import archive, externals
@@ -192,12 +190,11 @@ def _image_of_file(data: bytes) -> Image:
         return image_of_png(data)
     if data.startswith(_JPEG_MAGIC):
         return image_of_jpeg(data)
-    try:
-        with PillowImage.open(io.BytesIO(data)) as picture:
-            grey = picture.mode in {"1", "L"}
-            pixels = np.asarray(picture.convert("L" if grey else "RGB"))
-    except (OSError, SyntaxError, ValueError, PillowImage.DecompressionBombError) as error:
-        raise InputError(f"not an image that can be read ({error})") from error
+    from tumtools.images.pillow import opened  # noqa: PLC0415 - brings Pillow
+
+    with opened(data, "not an image that can be read") as picture:
+        grey = picture.mode in {"1", "L"}
+        pixels = np.asarray(picture.convert("L" if grey else "RGB"))
     return image_of_pixels(pixels, "mono8" if grey else "rgb8")
 
 

@@ -120,8 +120,9 @@ def _prefix(target: Path) -> str:
 
 def remove_stale(target: Path) -> None:
     """Remove the staging folders of processes that were killed."""
-    for folder in target.parent.iterdir():
-        if folder.name.startswith(_prefix(target)) and folder.is_dir():
+    prefix = _prefix(target)
+    for name in os.listdir(target.parent):  # noqa: PTH208 - names only: there may be a million outputs
+        if name.startswith(prefix) and (folder := target.parent / name).is_dir():
             # Locked while it is removed, so that its owner, if it is just starting, sees that it has gone.
             # Folders that are in use or other people's stay.
             with suppress(OSError), (folder / _LOCK).open("a") as lock:

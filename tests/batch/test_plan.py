@@ -115,6 +115,30 @@ def test_a_damaged_source_is_planned_with_its_problem(folder: Path) -> None:
     assert [bool(task.problem) for task in plan.tasks] == [True, False, False]
 
 
+def test_of_many_sources_some_are_opened_and_the_others_taken_in_proportion(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(4):
+        shutil.copytree(FIXTURES / "full", folder / "data" / f"full_{number}")
+    assert plan_of(folder).opened == 6
+    assert plan_of(folder, head='estimate = "size"').opened == 0
+    monkeypatch.setattr("tumtools.batch.estimate.MOST_OPENED", 3)
+    plan = plan_of(folder, '[[target]]\nto = "mcap"\ndepth_encoding = "16UC1"\n')
+    assert plan.opened == 3
+    assert [bool(task.losses) for task in plan.tasks] == [True, False] * 3
+    assert all(task.bytes_in and task.bytes_out != task.bytes_in for task in plan.tasks)
+    write_plan(plan, folder / "plan.json")
+    assert read_plan(folder / "plan.json") == plan
+    assert plan_of(folder, head='estimate = "open"').opened == 6
+
+
+def test_a_link_that_leads_nowhere_is_planned_with_its_problem(folder: Path) -> None:
+    (folder / "data" / "link.bag").symlink_to(folder / "nowhere.bag")
+    for how in ("auto", "size"):
+        plan = plan_of(folder, head=f'estimate = "{how}"')
+        assert sorted(task.source.name for task in plan.tasks if task.problem) == ["link"] * 4
+
+
 @pytest.mark.parametrize("change", ["output", "order", "remove"])
 def test_edited_plans_are_refused(folder: Path, change: str) -> None:
     path = folder / "plan.json"

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.expand import CATALOGUE
 from tumtools.batch.places import is_remote
@@ -17,6 +17,7 @@ from tumtools.sources import locate, open_source
 from tumtools.transform import RescaledDepth, parse_selection
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from tumtools.batch.expand import Source
@@ -34,26 +35,80 @@ class Estimate:
     problem: str = ""
 
 
-def estimate(source: Source, targets: tuple[Target, ...], how: str) -> list[Estimate]:
-    """Return an estimate for each target.
+MOST_OPENED: Final = 200
+"""Sources that `auto` opens: 10 to 300 ms each, so that a plan of any size is made in a minute or so."""
 
-    Args:
-        source: The recording; those of a store are not looked at.
-        targets: What it becomes.
-        how: `open` it, look at its `size` only, or `off`.
+
+@dataclass(frozen=True, slots=True)
+class Estimates:
+    """What is expected of all tasks.
+
+    Attributes:
+        each: For each source, an estimate for each target.
+        opened: How many sources were opened for it.
 
     """
-    if how == "off" or is_remote(source.uri):
-        return [Estimate()] * len(targets)
+
+    each: Iterator[list[Estimate]]
+    opened: int
+
+
+def estimate(sources: list[Source], targets: tuple[Target, ...], how: str) -> Estimates:
+    """Return an estimate for each source and target.
+
+    Args:
+        sources: The recordings; those of a store are not looked at.
+        targets: What they become.
+        how: `open` each, look at its `size` only, or `off`; `auto` opens at most `MOST_OPENED`, evenly
+            spread, and takes sizes of the others' outputs in proportion.
+
+    """
+    local = [number for number, source in enumerate(sources) if not is_remote(source.uri)]
+    opened: dict[int, list[Estimate]] = {}
+    if how in {"auto", "open"}:
+        step = max(1, -(-len(local) // MOST_OPENED)) if how == "auto" else 1
+        opened = {number: _opened(sources[number], targets) for number in local[::step]}
+    growth = _growth(list(opened.values()), len(targets))
+
+    def rest(source: Source) -> list[Estimate]:
+        return [Estimate()] * len(targets) if how == "off" else _of_size(source, growth)
+
+    each = (opened[number] if number in opened else rest(source) for number, source in enumerate(sources))
+    return Estimates(each, len(opened))
+
+
+def _growth(opened: list[list[Estimate]], targets: int) -> list[float]:
+    """Return how much larger than its source an output is, for each target; 1 where none was opened."""
+    growth = []
+    for target in range(targets):
+        known = [estimates[target] for estimates in opened if not estimates[target].problem]
+        bytes_in = sum(estimate.bytes_in for estimate in known)
+        growth.append(sum(estimate.bytes_out for estimate in known) / bytes_in if bytes_in else 1.0)
+    return growth
+
+
+def _of_size(source: Source, growth: list[float]) -> list[Estimate]:
+    if is_remote(source.uri):
+        return [Estimate()] * len(growth)
+    try:
+        bytes_in = _size(locate(source.uri.removeprefix(CATALOGUE)))
+    except (TumtoolsError, OSError) as error:
+        return [_unknown(error)] * len(growth)
+    return [Estimate(bytes_in, round(bytes_in * factor)) for factor in growth]
+
+
+def _opened(source: Source, targets: tuple[Target, ...]) -> list[Estimate]:
     try:
         path = locate(source.uri.removeprefix(CATALOGUE))
         bytes_in = _size(path)
-        if how == "size":
-            return [Estimate(bytes_in, bytes_in)] * len(targets)
         with open_source(path, ReadOptions(source.topics, source.salvage)) as sequence:
             return [_of_target(sequence, target, bytes_in) for target in targets]
-    except TumtoolsError as error:
-        return [Estimate(problem=str(error).partition("\n")[0])] * len(targets)
+    except (TumtoolsError, OSError) as error:
+        return [_unknown(error)] * len(targets)
+
+
+def _unknown(error: Exception) -> Estimate:
+    return Estimate(problem=str(error).partition("\n")[0])
 
 
 def _of_target(sequence: Sequence, target: Target, bytes_in: int) -> Estimate:

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from tumtools.batch.plan import LEDGER_FOLDER
+from tumtools.model.sequence import Loss
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -62,7 +63,7 @@ class Entry:
         versions: Of tumtools and of what the bytes may depend on.
         read: The source.
         written: The output; None unless done.
-        losses: What the conversion lost, as in `convert --json`.
+        losses: What the conversion lost.
         findings: What validation found: the first few, as texts.
         reason: Why it failed or was skipped.
         bug: Whether that is a bug of tumtools.
@@ -80,7 +81,7 @@ class Entry:
     versions: Mapping[str, str] = field(default_factory=dict)
     read: Contents | None = None
     written: Contents | None = None
-    losses: tuple[Mapping[str, object], ...] = ()
+    losses: tuple[Loss, ...] = ()
     findings: tuple[str, ...] = ()
     reason: str = ""
     bug: bool = False
@@ -138,8 +139,8 @@ def _parse(data: bytes) -> Entry | None:
             return None
         for key in ("read", "written"):
             document[key] = None if document[key] is None else Contents(**document[key])
-        for key in ("losses", "findings"):
-            document[key] = tuple(document[key])
+        document["losses"] = tuple(Loss(**loss) for loss in document["losses"])
+        document["findings"] = tuple(document["findings"])
         return Entry(**document)
     except (ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -171,7 +171,7 @@ class _Reader:
             path=self._path,
             destination=self._destination(document["destination"]),
             template=template,
-            estimate=document.get("estimate", "open"),
+            estimate=document.get("estimate", "auto"),
             policy=Policy(
                 **{item.name: document[item.name] for item in fields(Policy) if item.name in document}
             ),

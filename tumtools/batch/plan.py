@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -18,6 +18,7 @@ from tumtools.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
+    from tumtools.batch.estimate import Estimate
     from tumtools.batch.manifest import Manifest, Policy, Target
 
 _HASH_VERSION: Final = 1
@@ -60,6 +61,8 @@ class Plan:
         policy: What holds for all tasks.
         targets: As in the manifest.
         tasks: In the order of sources, then targets.
+        opened: How many sources were opened to estimate sizes and losses; what the others would lose is
+            not known before they are converted.
 
     """
 
@@ -67,6 +70,7 @@ class Plan:
     policy: Policy
     targets: tuple[Target, ...]
     tasks: tuple[Task, ...] = field(repr=False)
+    opened: int = 0
 
     @property
     def id(self) -> str:
@@ -78,7 +82,7 @@ class Plan:
 
     def shard(self, index: int, count: int) -> Plan:
         """Return each `count`-th task from the `index`-th (1 = first) on."""
-        return Plan(self.destination, self.policy, self.targets, self.tasks[index - 1 :: count])
+        return replace(self, tasks=self.tasks[index - 1 :: count])
 
 
 def make_plan(manifest: Manifest, progress: Callable[[int], None] | None = None) -> Plan:
@@ -93,17 +97,18 @@ def make_plan(manifest: Manifest, progress: Callable[[int], None] | None = None)
 
     """
     tasks: list[Task] = []
-    for source in expand(manifest):
-        tasks.extend(_tasks(manifest, source))
+    sources = list(expand(manifest))
+    estimates = estimate(sources, manifest.targets, manifest.estimate)
+    for source, guesses in zip(sources, estimates.each, strict=True):
+        tasks.extend(_tasks(manifest, source, guesses))
         if progress is not None:
             progress(1)
     _check_outputs(manifest, tasks)
-    return Plan(manifest.destination, manifest.policy, manifest.targets, tuple(tasks))
+    return Plan(manifest.destination, manifest.policy, manifest.targets, tuple(tasks), estimates.opened)
 
 
-def _tasks(manifest: Manifest, source: Source) -> Iterator[Task]:
-    estimates = estimate(source, manifest.targets, manifest.estimate)
-    for target, guess in zip(manifest.targets, estimates, strict=True):
+def _tasks(manifest: Manifest, source: Source, guesses: list[Estimate]) -> Iterator[Task]:
+    for target, guess in zip(manifest.targets, guesses, strict=True):
         output = _output(manifest, source, target)
         yield Task(
             id=task_id(source, target, output, manifest.policy),

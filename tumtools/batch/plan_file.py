@@ -38,6 +38,7 @@ def write_plan(plan: Plan, path: Path) -> None:
         "destination": plan.destination,
         "policy": asdict(plan.policy),
         "targets": [asdict(target) for target in plan.targets],
+        "opened": plan.opened,
     }
     with staged(path, force=True) as place, place.open("w", encoding="utf-8") as file:
         file.write(json.dumps(head, indent=1)[:-2] + ',\n "tasks": [')
@@ -117,6 +118,7 @@ def _plan(document: Mapping[str, Any]) -> Plan:
         policy=Policy(**document["policy"]),
         targets=tuple(targets.values()),
         tasks=tuple(_task(table, targets, sources) for table in document["tasks"]),
+        opened=int(document.get("opened", 0)),
     )
 
 

@@ -38,6 +38,7 @@ class RunOptions:
     Attributes:
         retry: Only tasks that failed.
         claim: Others run the same plan at the same time: begin anywhere, leave to them what they work on.
+        shard: `(I, N)`: only the I-th (1 = first) of N parts.
         lease: Seconds after which a claim that is not renewed expires.
         scratch: Folder for what is staged; None for the system's.
 
@@ -45,13 +46,14 @@ class RunOptions:
 
     retry: bool = False
     claim: bool = False
+    shard: tuple[int, int] | None = None
     lease: float = DEFAULT_LEASE
     scratch: Path | None = None
 
 
 def chosen(plan: Plan, options: RunOptions) -> list[Task]:
     """Return the tasks that a run with these options looks at."""
-    tasks = list(plan.tasks)
+    tasks = list((plan.shard(*options.shard) if options.shard else plan).tasks)
     if options.retry:
         ledger = Ledger(open_store(plan.destination, options.scratch))
         entries = ledger.read_all(task.id for task in tasks)

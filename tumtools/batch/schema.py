@@ -66,7 +66,7 @@ ROOT: Final[Mapping[str, Rule]] = {
     "schema_version": ((lambda value: type(value) is int and value == VERSION), str(VERSION)),
     "destination": _TEXT,
     "template": _TEXT,
-    "estimate": _choice("open", "size", "off"),
+    "estimate": _choice("auto", "open", "size", "off"),
     "validate": _choice("quick", "full", "off"),
     "on_findings": _choice("warn", "skip", "fail"),
     "fail_on": _choice("error", "warning"),

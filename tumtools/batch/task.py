@@ -8,7 +8,7 @@ import platform
 import socket
 import time
 import traceback
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Final
@@ -213,7 +213,7 @@ class _Attempt:
             self._entry,
             state=DONE,
             written=Contents(found.files, found.bytes, sha256, found.fingerprint, content),
-            losses=tuple(asdict(loss) for loss in report.losses),
+            losses=report.losses,
         )
 
     def _write(self, path: Path, place: Path) -> Report:

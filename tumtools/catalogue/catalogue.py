@@ -10,7 +10,7 @@ import os
 import re
 import tomllib
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -34,7 +34,7 @@ class UnknownNameError(UsageError):
     """No sequence has this name."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)  # no slots: the table of names is made once
 class Catalogue:
     """Sequences by name.
 
@@ -54,7 +54,7 @@ class Catalogue:
 
     def find(self, name: str) -> Entry | None:
         """Return the sequence of an official, short, page or paper name in any spelling, or None."""
-        return self._by_key().get(_key(name))
+        return self._by_key.get(_key(name))
 
     def get(self, name: str) -> Entry:
         """Return the sequence of a name.
@@ -82,7 +82,7 @@ class Catalogue:
             for entry in sorted(self.entries, key=lambda entry: len(entry.name))
             if wanted and (_key(entry.label).startswith(wanted) or _key(entry.label).endswith(f"_{wanted}"))
         ]
-        labels = {key: entry.label for key, entry in self._by_key().items()}
+        labels = {key: entry.label for key, entry in self._by_key.items()}
         close = [labels[key] for key in difflib.get_close_matches(wanted, labels, 6, cutoff=0.75)]
         return tuple(dict.fromkeys(inside + close))[:3]
 
@@ -107,7 +107,7 @@ class Catalogue:
 
         """
         added = _read(Path(path))
-        taken = self._by_key()
+        taken = self._by_key
         for entry in added.entries:
             clash = next((taken[key] for key in _keys(entry) if key in taken), None)
             if clash is not None:
@@ -119,6 +119,7 @@ class Catalogue:
                 )
         return replace(self, entries=self.entries + added.entries)
 
+    @cached_property
     def _by_key(self) -> dict[str, Entry]:
         return {key: entry for entry in self.entries for key in _keys(entry)}
 

@@ -34,7 +34,7 @@ def plan_command(manifest: str, plan_file: str, as_json: bool) -> None:
     from tumtools.batch.manifest import read_manifest
     from tumtools.batch.plan import make_plan
     from tumtools.batch.plan_file import write_plan
-    from tumtools.cli.batch_report import print_plan
+    from tumtools.cli.batch_plan_report import print_plan
 
     plan = make_plan(read_manifest(Path(manifest)))
     write_plan(plan, Path(plan_file))
@@ -70,12 +70,12 @@ def _run(
     from tumtools.batch.engines import create_engine
     from tumtools.batch.plan_file import read_plan
     from tumtools.batch.run import RunOptions, chosen, run
-    from tumtools.cli.batch_report import Report, batch_progress
+    from tumtools.cli.batch_progress import batch_progress
+    from tumtools.cli.batch_report import Report
 
     whole = read_plan(Path(plan))
-    part = whole.shard(*shard) if shard else whole
-    run_options = RunOptions(retry, claim, lease, Path(scratch).absolute() if scratch else None)
-    tasks = chosen(part, run_options)
+    run_options = RunOptions(retry, claim, shard, lease, Path(scratch).absolute() if scratch else None)
+    tasks = chosen(whole, run_options)
     report = Report(whole)
     with batch_progress(tasks) as progress:
         for outcome in run(whole, tasks, create_engine(engine, _settings(settings)), run_options):
@@ -99,6 +99,6 @@ def status_command(plan: str, full: bool, as_json: bool) -> int:
     """Tell where the tasks of PLAN stand, and why some failed. Exits with 1 when some did."""
     from tumtools.batch.plan_file import read_plan
     from tumtools.batch.status import status
-    from tumtools.cli.batch_report import print_status
+    from tumtools.cli.batch_status_report import print_status
 
     return EXIT_FAILED if print_status(list(status(read_plan(Path(plan)), full=full)), as_json=as_json) else 0

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""What `tumtools batch run` shows while it runs."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from tumtools.batch.ledger import FAILED
+from tumtools.cli import output
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from tumtools.batch.ledger import Entry
+    from tumtools.batch.plan import Task
+    from tumtools.batch.task import Outcome
+
+
+@contextmanager
+def batch_progress(tasks: list[Task]) -> Iterator[Callable[[Outcome], None]]:
+    """Show tasks, bytes and time left while stderr is a terminal; say what fails as it does."""
+    sizes = {task.id: task.bytes_in for task in tasks}
+    if output.verbosity < 0 or not sys.stderr.isatty() or not tasks:
+        yield lambda outcome: _say_failure(outcome, output.message)
+        return
+    from tqdm import tqdm
+
+    total, done = sum(sizes.values()), 0
+    with tqdm(total=len(tasks), desc="batch", unit=" tasks", leave=False, dynamic_ncols=True) as bar:
+
+        def advance(outcome: Outcome) -> None:
+            nonlocal done
+            done += sizes[outcome.task]
+            if total:
+                bar.set_postfix_str(f"{output.size(done)} of {output.size(total)}", refresh=False)
+            bar.update()
+            _say_failure(outcome, lambda text: tqdm.write(text, file=sys.stderr))
+
+        yield advance
+
+
+def reason(entry: Entry) -> str:
+    """Return the first line of why a task failed or was skipped."""
+    return entry.reason.partition("\n")[0]
+
+
+def _say_failure(outcome: Outcome, say: Callable[[str], None]) -> None:
+    entry = outcome.entry
+    if entry is not None and entry.state == FAILED:
+        say(f"failed: {entry.output}: {reason(entry)}")

@@ -79,7 +79,7 @@ class Batch:
     def call(self, *words: str | Path, code: int = 0) -> str:
         """Run the program to its end and return what it prints."""
         process = self.start(*words)
-        stdout, stderr = process.communicate(timeout=120)
+        stdout, stderr = process.communicate(timeout=300)
         assert process.returncode == code, f"{words}: {process.returncode}\n{stdout}\n{stderr}"
         return stdout if code == 0 or stdout else stderr
 

@@ -50,6 +50,23 @@ class Flaky:
         return []
 
 
+def objects(prefix: str = "") -> dict[str, bytes]:
+    """Return what is in the bucket, without asking the server: it runs in this process."""
+    from moto.core import DEFAULT_ACCOUNT_ID
+    from moto.s3.models import s3_backends
+
+    keys = s3_backends[DEFAULT_ACCOUNT_ID]["aws"].buckets[BUCKET].keys
+    return {name: key.value for name, key in list(keys.items()) if name.startswith(prefix)}
+
+
+def unfinished_uploads() -> int:
+    """Return how many uploads in parts were begun and neither completed nor given up."""
+    from moto.core import DEFAULT_ACCOUNT_ID
+    from moto.s3.models import s3_backends
+
+    return len(s3_backends[DEFAULT_ACCOUNT_ID]["aws"].buckets[BUCKET].multiparts)
+
+
 @contextmanager
 def s3_server(probability: float) -> Iterator[tuple[Flaky, dict[str, str]]]:
     """Serve an empty bucket; give the application and the environment that leads to it."""
@@ -73,9 +90,13 @@ def s3_server(probability: float) -> Iterator[tuple[Flaky, dict[str, str]]]:
         "AWS_ALLOW_HTTP": "true",
     }
     try:
+        from tumtools.batch.stores import remote
+
+        remote._open.cache_clear()  # stores of an earlier server
         with pytest.MonkeyPatch.context() as patch:
             for name, value in environment.items():
                 patch.setenv(name, value)
+            requests.post(f"{address}/moto-api/reset", timeout=60).raise_for_status()
             requests.put(f"{address}/{BUCKET}", timeout=60).raise_for_status()
             application.probability = probability
             yield application, dict(os.environ)

@@ -4,87 +4,69 @@
 
 from __future__ import annotations
 
-import os
-import random
-import shutil
-import signal
-import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from tests.batch.batches import FOUR_TARGETS, Batch
+from tests.batch.kills import survive
 from tumtools.digest import digest
 from tumtools.sources import open_source
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-KILLS = 10
+
+class Folder:
+    """A batch with a local destination."""
+
+    def __init__(self, batch: Batch) -> None:
+        self.batch = batch
+
+    def claims(self) -> frozenset[object]:
+        found = set()
+        for path in (self.batch.out / ".tumtools" / "claims").glob("*"):
+            try:
+                found.add((path.name, path.stat().st_mtime_ns))
+            except FileNotFoundError:
+                continue
+        return frozenset(found)
+
+    def ledger(self) -> dict[str, dict[str, Any]]:
+        return self.batch.ledger()
 
 
-def kill_somewhere(batch: Batch, longest: float) -> bool:
-    """Start a run, kill its whole process group some time after it has begun; False if it had ended."""
-    process = batch.start("batch", "run", "plan.json", "--workers", "2")
-    claims = batch.out / ".tumtools" / "claims"
-    before = {path.name for path in claims.glob("*")}
-    while process.poll() is None and not {path.name for path in claims.glob("*")} - before:
-        time.sleep(0.002)
-    time.sleep(random.uniform(0, longest))
-    ended = process.poll() is not None
-    if not ended:
-        os.killpg(process.pid, signal.SIGKILL)
-    process.communicate(timeout=60)
-    return not ended
-
-
-def survive(batch: Batch, longest: float) -> int:
-    """Kill runs until the work is done or ten are killed; return how many were."""
-    random.seed(8)
-    batch.plan()
-    kills, proven = 0, {}
-    for _ in range(KILLS):
-        killed = kill_somewhere(batch, longest)
-        kills += killed
-        after = batch.ledger()
-        redone = [task for task, entry in proven.items() if after.get(task) != entry]
-        assert redone == [], "done again after its ledger entry was written"
-        proven = after
-        if not killed:
-            break
-    assert all(entry["state"] == "done" for entry in proven.values())
-    counts = batch.run("--workers", "2")
-    assert counts["done"] + counts["done before"] == 24
-    final = batch.ledger()
-    assert {task: final[task] for task in proven} == proven
-    assert counts["done before"] == len(proven)
-    assert batch.status("--full") == {"done": 24}
+def assert_nothing_is_left_over(batch: Batch) -> None:
     assert batch.strays() == []
     assert list((batch.out / ".tumtools" / "claims").iterdir()) == []
-    return kills
 
 
-def assert_digests_match(batch: Batch, real: str = "") -> None:
-    """Each output of a lossless task holds what its source holds."""
+def assert_digests_match(batch: Batch, name: str = "") -> int:
+    """Each output of a lossless task holds what its source holds; return how many were compared."""
     checked = 0
     for entry in batch.ledger().values():
-        if not entry["losses"] and (not real or real in entry["output"]):
+        if not entry["losses"] and name in entry["output"]:
             with open_source(batch.out / entry["output"]) as output, open_source(entry["source"]) as source:
                 assert digest(output).value == entry["written"]["digest"] == digest(source).value
             checked += 1
-    assert checked
+    return checked
 
 
-def test_ten_kills_lose_nothing_and_repeat_nothing(tmp_path: Path) -> None:
-    batch = Batch(tmp_path, sources=6, targets=FOUR_TARGETS)
-    assert survive(batch, 0.12) >= 3
-    assert_digests_match(batch)
+def test_kills_lose_nothing_and_repeat_nothing(tmp_path: Path) -> None:
+    batch = Batch(tmp_path, sources=3, targets=FOUR_TARGETS)
+    assert len(batch.plan()) == 12
+    survive(Folder(batch), 12, "--workers", "2", longest=0.1, kills=2)
+    assert_nothing_is_left_over(batch)
+    assert assert_digests_match(batch) >= 3
 
 
 @pytest.mark.real
 @pytest.mark.slow
 def test_ten_kills_with_the_real_sequence(tmp_path: Path, real_sequence: Path) -> None:
-    batch = Batch(tmp_path, sources=5, targets=FOUR_TARGETS)
-    shutil.copytree(real_sequence, tmp_path / "data" / real_sequence.name)
-    assert survive(batch, 0.8) >= 3
-    assert_digests_match(batch, real_sequence.name)
+    batch = Batch(tmp_path, sources=3, targets=FOUR_TARGETS)
+    for number in range(3):
+        (tmp_path / "data" / f"{real_sequence.name}_{number}").symlink_to(real_sequence)
+    assert len(batch.plan()) == 24
+    survive(Folder(batch), 24, "--workers", "2", longest=1.5)
+    assert_nothing_is_left_over(batch)
+    assert assert_digests_match(batch, f"{real_sequence.name}_0") >= 3

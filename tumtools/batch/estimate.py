@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.expand import CATALOGUE
 from tumtools.batch.places import is_remote
+from tumtools.catalogue import load_catalogue
+from tumtools.catalogue.entry import RECORDINGS
 from tumtools.convert import prepare
-from tumtools.errors import TumtoolsError
+from tumtools.errors import MissingInputError, TumtoolsError
 from tumtools.formats import registry
-from tumtools.formats.options import ReadOptions, WriteOptions
+from tumtools.formats.options import ReadOptions
 from tumtools.sources import locate, open_source
 from tumtools.transform import RescaledDepth, parse_selection
 
@@ -93,7 +95,7 @@ def _of_size(source: Source, growth: list[float]) -> list[Estimate]:
     try:
         bytes_in = _size(locate(source.uri.removeprefix(CATALOGUE)))
     except (TumtoolsError, OSError) as error:
-        return [_unknown(error)] * len(growth)
+        return [_unknown(source, error)] * len(growth)
     return [Estimate(bytes_in, round(bytes_in * factor)) for factor in growth]
 
 
@@ -104,16 +106,29 @@ def _opened(source: Source, targets: tuple[Target, ...]) -> list[Estimate]:
         with open_source(path, ReadOptions(source.topics, source.salvage)) as sequence:
             return [_of_target(sequence, target, bytes_in) for target in targets]
     except (TumtoolsError, OSError) as error:
-        return [_unknown(error)] * len(targets)
+        return [_unknown(source, error)] * len(targets)
 
 
-def _unknown(error: Exception) -> Estimate:
-    return Estimate(problem=str(error).partition("\n")[0])
+def _unknown(source: Source, error: Exception) -> Estimate:
+    """Say why a source cannot be looked at; one that will be fetched is no problem."""
+    text = str(error).replace("\n  hint: ", "; ").partition("\n")[0]
+    if isinstance(error, MissingInputError) and source.uri.startswith(CATALOGUE):
+        if source.fetch:
+            return Estimate(bytes_in=_size_to_fetch(source.uri.removeprefix(CATALOGUE)))
+        text += ", and so does `fetch = true` in its [[source]]"
+    return Estimate(problem=text)
+
+
+def _size_to_fetch(name: str) -> int:
+    entry = load_catalogue().find(name)
+    files = entry.files if entry is not None else {}
+    kind = next((kind for kind in RECORDINGS if kind in files), None)
+    return (files[kind].bytes or 0) if kind else 0
 
 
 def _of_target(sequence: Sequence, target: Target, bytes_in: int) -> Estimate:
     writer = registry.get(target.to).writer
-    options = WriteOptions(**target.write)  # type: ignore[arg-type]  # the manifest has checked the types
+    options = target.write_options()
     try:
         selection = parse_selection(sequence, target.start, target.end, target.every, target.streams)
         prepared = prepare(sequence, selection, writer.needs(options))
@@ -121,6 +136,8 @@ def _of_target(sequence: Sequence, target: Target, bytes_in: int) -> Estimate:
     except TumtoolsError as error:
         return Estimate(bytes_in, problem=str(error).partition("\n")[0])
     losses = [f"{loss.stream}: {loss.what}" for loss in (*sequence.info.not_carried, *plan.losses)]
+    if target.strict and losses:
+        return Estimate(bytes_in, plan.nbytes, tuple(losses), f"{target.label} is strict: {losses[0]}")
     if isinstance(prepared, RescaledDepth):
         losses.append("depth: other units; what that loses is measured in the run")
     return Estimate(bytes_in, plan.nbytes, tuple(dict.fromkeys(losses)))

@@ -58,11 +58,16 @@ def expand(manifest: Manifest) -> Iterator[Source]:
     seen: set[str] = set()
     for spec in manifest.sources:
         try:
-            found = [source for source in _sources(spec) if not _is_excluded(source, spec.exclude)]
+            found = [
+                source
+                for source in _sources(spec)
+                if not _is_excluded(source, spec.exclude)
+                and not _is_output(source.uri, spec.path, manifest.destination)
+            ]
         except UsageError as error:
             raise _error(manifest, spec, error.message, error.hint) from error
         if not found:
-            raise _error(manifest, spec, "no recording is there", "look at the pattern and at exclude")
+            raise _error(manifest, spec, "no recording is there", _hint(spec))
         if spec.label is not None and len(found) > 1:
             raise _error(manifest, spec, f"label names one source, here are {len(found)}")
         for source in found:
@@ -73,6 +78,28 @@ def expand(manifest: Manifest) -> Iterator[Source]:
 
 def _error(manifest: Manifest, spec: SourceSpec, message: str, hint: str | None = None) -> InputError:
     return InputError(message, path=manifest.path, location=f"line {spec.line}", hint=hint)
+
+
+def _hint(spec: SourceSpec) -> str:
+    if spec.path is not None or spec.names:
+        return "look at the pattern and at exclude"
+    catalogue = load_catalogue()
+    cameras = sorted({entry.camera for entry in catalogue if entry.camera})
+    categories = sorted({entry.category.partition(" (")[0] for entry in catalogue if entry.category})
+    return f"cameras: {', '.join(cameras)}; categories: {', '.join(categories)}"
+
+
+def _is_output(uri: str, path: str | None, destination: str) -> bool:
+    """Whether a pattern has matched the destination, or what is in it, by reaching over it."""
+    if path is None or not is_pattern(path):
+        return False
+    parts = path.split("/")
+    root = "/".join(parts[: next(number for number, part in enumerate(parts) if is_pattern(part))])
+    return (
+        f"{destination}/".startswith(f"{root}/")
+        and destination != root
+        and (f"{uri}/".startswith(f"{destination}/"))
+    )
 
 
 def _is_excluded(source: Source, patterns: tuple[str, ...]) -> bool:

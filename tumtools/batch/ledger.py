@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from tumtools.batch.stores.store import Store
-    from tumtools.batch.tree import Measure
 
 SCHEMA_VERSION: Final = 1
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
@@ -41,10 +40,6 @@ class Contents:
     sha256: str
     fingerprint: str
     digest: str = ""
-
-    def looks_like(self, measure: Measure) -> bool:
-        """Whether size and number of files are the same."""
-        return (self.files, self.bytes) == (measure.files, measure.bytes)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,18 +4,21 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tomllib
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn, cast
 
 from tumtools.batch import schema
 from tumtools.batch.places import WEB_SCHEMES, check_place, is_remote
 from tumtools.batch.toml_lines import Key, key_lines, line_of
 from tumtools.errors import InputError, MissingInputError, UsageError
 from tumtools.formats import registry
+from tumtools.formats.calibration import read_calibration
 from tumtools.formats.options import WriteOptions
+from tumtools.model.camera import CAMERAS, CameraInfo
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -63,7 +66,8 @@ class Target:
         to: Name of the format.
         label: What `{target}` is; the name of the format unless told.
         ext: What `{ext}` is: suffix of the file without its dot; for folders the name of the format.
-        write: Options of the format, those that are set.
+        write: Options of the format, those that are set, as plain values of JSON; `cameras` holds what was
+            read from the file that `camera` names.
         start: First stamp kept, text as for `convert --start`.
         end: Last stamp kept.
         every: Keep each n-th image.
@@ -83,6 +87,22 @@ class Target:
     streams: tuple[str, ...] | None = None
     strict: bool = False
     verify: bool = True
+
+    def write_options(self, jobs: int = 1) -> WriteOptions:
+        """Return the options of the format, with so many threads."""
+        values = dict(self.write)
+        cameras = cast("Mapping[str, Mapping[str, object]]", values.pop("cameras", {}))
+        return WriteOptions(
+            **values,  # type: ignore[arg-type]  # the manifest has checked the types
+            cameras={stream: _camera(numbers) for stream, numbers in cameras.items()},
+            jobs=jobs,
+        )
+
+
+def _camera(numbers: Mapping[str, object]) -> CameraInfo:
+    """Build intrinsics from JSON, which has no tuples."""
+    values = {key: tuple(value) if isinstance(value, list) else value for key, value in numbers.items()}
+    return CameraInfo(**values)  # type: ignore[arg-type]  # written by `_read_camera`
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,11 +243,16 @@ class _Reader:
     def _target(self, table: Mapping[str, Any], where: Key) -> Target:
         entry = registry.get(table["to"])
         write = {key: table[key] for key in schema.WRITE_KEYS if key in table}
+        is_file = write.get("camera") not in {None, *CAMERAS}
         try:
-            registry.check_options(entry, WriteOptions(**write))
+            registry.check_options(
+                entry, WriteOptions(**{**write, **({"camera": CAMERAS[0]} if is_file else {})})
+            )
         except UsageError as error:
             key = next((key for key in write if f"--{key.replace('_', '-')}" in error.message), "to")
             self._fail((*where, key), error.message.replace("--", ""), error.hint)
+        if is_file:
+            write["cameras"] = self._read_camera(write.pop("camera"), (*where, "camera"))
         suffixes = tuple(suffix.lstrip(".") for suffix in (entry.suffix, *entry.suffixes) if suffix)
         ext = table.get("ext", entry.suffix.lstrip(".") or entry.name)
         if "ext" in table and ext not in suffixes:
@@ -243,6 +268,22 @@ class _Reader:
             **{key: table[key] for key in ("start", "end", "every", "strict", "verify") if key in table},
         )
 
+    def _read_camera(self, text: str, where: Key) -> dict[str, object]:
+        """Read the file of a calibration, so that the plan holds it and changes with it."""
+        try:
+            numbers = json.loads(json.dumps(asdict(read_calibration(Path(self._local(text))))))
+        except InputError as error:
+            known = ", ".join(CAMERAS)
+            self._fail(
+                where, f"camera: {text}: {error.message}", f"one of {known}, or the file of a calibration"
+            )
+        # Depth is registered to colour and shares its intrinsics.
+        return {"rgb": numbers, "depth": numbers}
+
+    def _local(self, text: str) -> str:
+        """Make a path absolute, from the folder of the manifest."""
+        return os.path.normpath(self._path.absolute().parent / Path(text).expanduser())
+
     def _place(self, text: str, where: Key) -> str:
         """Make a path absolute, from the folder of the manifest; check a URL."""
         problem = check_place(text)
@@ -250,7 +291,7 @@ class _Reader:
             self._fail(where, problem)
         if is_remote(text):
             return text.rstrip("/")
-        return os.path.normpath(self._path.absolute().parent / Path(text).expanduser())
+        return self._local(text)
 
     def _check(self, table: Mapping[str, schema.Rule], values: object, where: Key) -> None:
         if not isinstance(values, dict):

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.estimate import estimate
-from tumtools.batch.expand import Source, expand
+from tumtools.batch.expand import CATALOGUE, Source, expand
 from tumtools.batch.places import is_remote
 from tumtools.errors import InputError
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from tumtools.batch.manifest import Manifest, Policy, Target
 
 _HASH_VERSION: Final = 1
+_LONGEST_NAME: Final = 200
+"""Bytes; file systems take 255, of which staging needs some."""
 LEDGER_FOLDER: Final = ".tumtools"
 """Below the destination; no output may have a name in it."""
 
@@ -81,8 +84,17 @@ class Plan:
         return sha.hexdigest()[:32]
 
     def shard(self, index: int, count: int) -> Plan:
-        """Return each `count`-th task from the `index`-th (1 = first) on."""
-        return replace(self, tasks=self.tasks[index - 1 :: count])
+        """Return the tasks of each `count`-th source from the `index`-th (1 = first) on.
+
+        So a source is read on one machine. Where there are fewer sources than parts, each `count`-th task.
+        """
+        numbers: dict[str, int] = {}
+        for task in self.tasks:
+            numbers.setdefault(task.source.uri, len(numbers))
+        if len(numbers) < count:
+            return replace(self, tasks=self.tasks[index - 1 :: count])
+        mine = (task for task in self.tasks if numbers[task.source.uri] % count == index - 1)
+        return replace(self, tasks=tuple(mine))
 
 
 def make_plan(manifest: Manifest, progress: Callable[[int], None] | None = None) -> Plan:
@@ -137,6 +149,13 @@ def _output(manifest: Manifest, source: Source, target: Target) -> str:
             path=manifest.path,
             hint="change template, or give the source a label",
         )
+    if any(len(part.encode("utf-8", "surrogateescape")) > _LONGEST_NAME for part in output.split("/")):
+        raise InputError(
+            f"{source.uri} would be written to {output!r}; names of more than {_LONGEST_NAME} bytes are too "
+            "long for many file systems",
+            path=manifest.path,
+            hint="change template, or give the source a label",
+        )
     return output
 
 
@@ -182,14 +201,23 @@ def _check_outputs(manifest: Manifest, tasks: list[Task]) -> None:
                 raise _clash(manifest, task, by_output[parent], "inside of")
     if is_remote(manifest.destination):
         return
-    sources = {task.source.uri: task for task in tasks}
-    around = {str(parent) for uri in sources if not is_remote(uri) for parent in Path(uri).parents}
+    # Links are followed: a destination may be inside a source by another name.
+    uris = {task.source.uri for task in tasks}
+    sources = {os.path.realpath(uri) for uri in uris if not is_remote(uri) and not uri.startswith(CATALOGUE)}
+    around = {str(parent) for path in sources for parent in Path(path).parents}
+    root = Path(os.path.realpath(manifest.destination))
+    inside = any(str(place) in sources for place in (root, *root.parents))
     for task in tasks:
-        path = Path(manifest.destination, task.output)
-        if str(path) in around or any(str(place) in sources for place in (path, *path.parents)):
+        path = root / task.output
+        if inside or str(path) in around or str(path) in sources or _holds(sources, root, task.output):
             raise InputError(
                 f"{path} would be in the way of a source", path=manifest.path, hint="change the destination"
             )
+
+
+def _holds(sources: set[str], root: Path, output: str) -> bool:
+    """Whether an output is inside of a source that is below the destination."""
+    return any(str(root / parent) in sources for parent in _parents(output))
 
 
 def _parents(output: str) -> Iterator[str]:

@@ -12,7 +12,7 @@ from tumtools.batch.expand import Source
 from tumtools.batch.manifest import Policy, Target
 from tumtools.batch.places import check_place
 from tumtools.batch.plan import Plan, Task, is_output_name, task_id
-from tumtools.errors import InputError, MissingInputError
+from tumtools.errors import InputError, MissingInputError, OutputError, UsageError
 from tumtools.staging import staged
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 SCHEMA_VERSION: Final = 1
 _SOURCE_DEFAULTS: Final = {item.name: item.default for item in fields(Source)} | {"topics": {}}
 _TASK_DEFAULTS: Final = {item.name: item.default for item in fields(Task)}
+_BEGIN: Final = b'{\n "schema_version": '
 _HINT: Final = "make it anew with `tumtools batch plan`"
 
 
@@ -29,9 +30,11 @@ def write_plan(plan: Plan, path: Path) -> None:
     """Write a plan, in place of an older one.
 
     Raises:
+        UsageError: There is a file that is no plan.
         OutputError: It cannot be written.
 
     """
+    _refuse_foreign(path)
     head = {
         "schema_version": SCHEMA_VERSION,
         "plan": plan.id,
@@ -45,6 +48,21 @@ def write_plan(plan: Plan, path: Path) -> None:
         for number, task in enumerate(plan.tasks):
             file.write((",\n" if number else "\n") + json.dumps(_task_table(task), separators=(",", ":")))
         file.write("\n]}\n")
+
+
+def _refuse_foreign(path: Path) -> None:
+    """Refuse to replace anything but an older plan, such as the manifest."""
+    try:
+        if not path.is_file() or path.stat().st_size == 0:
+            return  # other kinds of files are refused by `staged`
+        with path.open("rb") as file:
+            begin = file.read(len(_BEGIN) + 16)
+    except OSError as error:
+        raise OutputError(f"cannot be read: {error.strerror}", path=path) from error
+    if not begin.startswith(_BEGIN) or b'"plan"' not in begin:
+        raise UsageError(
+            "there is a file that is no plan; it is not replaced", path=path, hint="name another plan"
+        )
 
 
 def _task_table(task: Task) -> dict[str, object]:
@@ -91,8 +109,10 @@ def read_plan(path: Path) -> Plan:
         )
     try:
         plan = _plan(document)
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise InputError(f"not a plan: {type(error).__name__} {error}", path=path, hint=_HINT) from error
+    except KeyError as error:
+        raise InputError(f"not a plan: it has no {error}", path=path, hint=_HINT) from error
+    except (TypeError, AttributeError, ValueError) as error:
+        raise InputError(f"not a plan: {error}", path=path, hint=_HINT) from error
     for number, task in enumerate(plan.tasks):
         if not is_output_name(task.output) or task.id != task_id(
             task.source, task.target, task.output, plan.policy
@@ -104,7 +124,9 @@ def read_plan(path: Path) -> Plan:
                 hint="change the manifest and plan again",
             )
     if document.get("plan") != plan.id:
-        raise InputError("tasks are missing or added; plans are not edited", path=path, hint=_HINT)
+        raise InputError(
+            "the destination or the list of tasks was changed; plans are not edited", path=path, hint=_HINT
+        )
     return plan
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tumtools.batch.inputs import measure_source, sha256_of_source
 from tumtools.batch.ledger import DONE, SKIPPED
-from tumtools.errors import TumtoolsError
+from tumtools.errors import InputError, TumtoolsError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from tumtools.batch.tree import Measure
 
 
-def is_done(store: Store, task: Task, entry: Entry | None, *, full: bool = False) -> bool:
-    """Whether the output of a task is proven.
+def disproof(store: Store, task: Task, entry: Entry, *, full: bool = False) -> str:
+    """Return why a task that was done or skipped must be done again; empty if it is proven.
 
     Names, sizes and times (or ETags) that are as noted are proof enough unless `full`; where only times
     differ the bytes are hashed.
@@ -31,39 +31,41 @@ def is_done(store: Store, task: Task, entry: Entry | None, *, full: bool = False
         entry: What the ledger says about it.
         full: Hash the output in any case.
 
-    Raises:
-        InputError: The output is there and cannot be read.
-
     """
-    if entry is None or entry.state != DONE or entry.written is None:
-        return False
-    measure = store.measure(task.output)
-    return (
-        measure is not None
-        and _is_same(entry.written, measure, lambda: store.sha256(task.output), full=full)
-        and is_source_unchanged(task, entry)
-    )
+    if entry.state == DONE and entry.written is not None:
+        try:
+            return _of_output(store, task, entry.written, full=full) or _of_source(task, entry)
+        except InputError as error:
+            return f"the output cannot be read: {error.message}"
+    return _of_source(task, entry) if entry.state == SKIPPED else "it was not done"
 
 
-def is_skipped(task: Task, entry: Entry | None) -> bool:
-    """Whether a task was skipped for findings in the very source that is there."""
-    return entry is not None and entry.state == SKIPPED and is_source_unchanged(task, entry)
+def _of_output(store: Store, task: Task, written: Contents, *, full: bool) -> str:
+    found = store.measure(task.output)
+    if found is None:
+        return "the output is gone"
+    return _differs("output", written, found, lambda: store.sha256(task.output), full=full)
 
 
-def is_source_unchanged(task: Task, entry: Entry) -> bool:
-    """Whether the source is what was read; one that is gone or out of reach makes its outputs no worse."""
+def _of_source(task: Task, entry: Entry) -> str:
+    """Compare the source with what was read; one that is gone or out of reach makes its outputs no worse."""
     if entry.read is None:
-        return True
+        return ""
     try:
-        measure = measure_source(task.source)
-        return measure is None or _is_same(
-            entry.read, measure, lambda: sha256_of_source(task.source), full=False
-        )
+        found = measure_source(task.source)
+        if found is None:
+            return ""
+        return _differs("source", entry.read, found, lambda: sha256_of_source(task.source), full=False)
     except TumtoolsError:
-        return True
+        return ""
 
 
-def _is_same(noted: Contents, found: Measure, sha256: Callable[[], str], *, full: bool) -> bool:
-    if not noted.looks_like(found):
-        return False
-    return (noted.fingerprint == found.fingerprint and not full) or sha256() == noted.sha256
+def _differs(what: str, noted: Contents, found: Measure, sha256: Callable[[], str], *, full: bool) -> str:
+    if (noted.files, noted.bytes) != (found.files, found.bytes):
+        return (
+            f"the {what} has {found.files} files of {found.bytes} bytes, "
+            f"the ledger says {noted.files} of {noted.bytes}"
+        )
+    if noted.fingerprint == found.fingerprint and not full:
+        return ""
+    return "" if sha256() == noted.sha256 else f"the {what} has other bytes than the ledger says"

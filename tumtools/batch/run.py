@@ -41,6 +41,7 @@ class RunOptions:
         shard: `(I, N)`: only the I-th (1 = first) of N parts.
         lease: Seconds after which a claim that is not renewed expires.
         scratch: Folder for what is staged; None for the system's.
+        full: Hash the outputs of tasks that are done, instead of looking at sizes and times.
 
     """
 
@@ -49,6 +50,7 @@ class RunOptions:
     shard: tuple[int, int] | None = None
     lease: float = DEFAULT_LEASE
     scratch: Path | None = None
+    full: bool = False
 
 
 def chosen(plan: Plan, options: RunOptions) -> list[Task]:
@@ -78,12 +80,13 @@ def run(plan: Plan, tasks: list[Task], engine: Engine, options: RunOptions) -> I
         options: How.
 
     Raises:
-        TumtoolsError: The ledger cannot be written.
+        OutputError: The store cannot be written to.
+        TumtoolsError: The ledger cannot be read or written.
 
     """
     runner = _Runner(plan, engine, options)
     try:
-        runner.sweep()
+        runner.prepare()
         yield from runner.run(tasks)
     finally:
         engine.shutdown()
@@ -114,8 +117,12 @@ class _Runner:
                 # Another run, or a worker of another machine that is lost: its claim expires.
                 time.sleep(min(self._options.lease / 4, _LONGEST_PAUSE))
 
-    def sweep(self) -> None:
-        """Remove claims that killed processes left on tasks that are done or no longer planned."""
+    def prepare(self) -> None:
+        """See that the store can be written to, and remove what killed processes claim in vain.
+
+        These are claims on tasks that are done or no longer planned.
+        """
+        self._store.check()
         planned = by_id(self._plan)
         for claim in self._claims.all():
             if not claim.has_expired():
@@ -134,7 +141,13 @@ class _Runner:
     def _job(self, task: Task) -> Job:
         options = self._options
         return Job(
-            task, self._plan.destination, self._plan.policy, options.lease, options.scratch, self._since
+            task,
+            self._plan.destination,
+            self._plan.policy,
+            options.lease,
+            options.scratch,
+            self._since,
+            options.full,
         )
 
     def _pass(self, queue: deque[Job]) -> Iterator[tuple[Outcome, Job]]:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.claims import Claim, Claims
 from tumtools.batch.ledger import DONE, SKIPPED, Entry, Ledger
-from tumtools.batch.proof import is_done, is_skipped
+from tumtools.batch.proof import disproof
 from tumtools.batch.stores import open_store
-from tumtools.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,6 +33,7 @@ class Standing:
         state: One of `STATES`.
         entry: What the ledger says, if anything.
         claim: Who works on it, if anybody.
+        changed: Why it must be done again although it was done; else empty.
 
     """
 
@@ -41,6 +41,7 @@ class Standing:
     state: str
     entry: Entry | None = None
     claim: Claim | None = None
+    changed: str = ""
 
 
 def status(plan: Plan, *, full: bool = False) -> Iterator[Standing]:
@@ -67,11 +68,9 @@ def status(plan: Plan, *, full: bool = False) -> Iterator[Standing]:
             return Standing(task, "pending" if claim is None else "interrupted", None, claim)
         if entry.state not in {DONE, SKIPPED}:
             return Standing(task, entry.state, entry)
-        try:
-            settled = is_done(store, task, entry, full=full) or is_skipped(task, entry)
-        except InputError:
-            settled = False
-        return Standing(task, entry.state if settled else "running" if working else "changed", entry, claim)
+        changed = disproof(store, task, entry, full=full)
+        state = entry.state if not changed else "running" if working else "changed"
+        return Standing(task, state, entry, claim, changed)
 
     with ThreadPoolExecutor(_THREADS) as pool:
         yield from pool.map(stand, plan.tasks, entries)

@@ -17,13 +17,13 @@ from tumtools import __version__
 from tumtools.batch.claims import Claims
 from tumtools.batch.inputs import staged_source
 from tumtools.batch.ledger import DONE, FAILED, SKIPPED, Contents, Entry, Ledger
-from tumtools.batch.proof import is_done, is_skipped
+from tumtools.batch.proof import disproof
 from tumtools.batch.stores import open_store
 from tumtools.batch.tree import measure, sha256_of
 from tumtools.convert import ConvertOptions, convert
 from tumtools.digest import digest
-from tumtools.errors import InputError, InternalError, TumtoolsError
-from tumtools.formats.options import ReadOptions, WriteOptions
+from tumtools.errors import InternalError, TumtoolsError
+from tumtools.formats.options import ReadOptions
 from tumtools.sources import open_source
 from tumtools.transform import parse_selection
 
@@ -52,6 +52,7 @@ class Job:
         lease: Seconds that a claim lasts.
         scratch: Folder for what is staged; None for the system's.
         since: A task that failed after this (seconds since 1970) is not begun again.
+        full: Hash the output of a task that is done, instead of looking at size and time.
 
     """
 
@@ -61,6 +62,7 @@ class Job:
     lease: float
     scratch: Path | None
     since: float
+    full: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,10 +118,8 @@ def _is_settled(store: Store, job: Job, entry: Entry | None) -> bool:
         return False
     if entry.state == FAILED:
         return entry.finished >= job.since
-    try:
-        return is_done(store, job.task, entry) or is_skipped(job.task, entry)
-    except InputError:
-        return False  # the output cannot be read, so it is made anew
+    full = job.full and entry.finished < job.since
+    return not disproof(store, job.task, entry, full=full)
 
 
 def _blank(job: Job, attempts: int, started: float) -> Entry:
@@ -218,7 +218,7 @@ class _Attempt:
 
     def _write(self, path: Path, place: Path) -> Report:
         target = self._task.target
-        options = WriteOptions(**target.write, jobs=self._job.policy.jobs)  # type: ignore[arg-type]  # checked
+        options = target.write_options(self._job.policy.jobs)
         with open_source(path, self._read_options()) as sequence:
             selection = parse_selection(sequence, target.start, target.end, target.every, target.streams)
             how = ConvertOptions(selection, target.strict, target.verify, force=True)

@@ -64,6 +64,7 @@ def _run(
     claim: bool,
     lease: float,
     scratch: str | None,
+    full: bool,
     as_json: bool,
     **settings: object,
 ) -> int:
@@ -74,7 +75,8 @@ def _run(
     from tumtools.cli.batch_report import Report
 
     whole = read_plan(Path(plan))
-    run_options = RunOptions(retry, claim, shard, lease, Path(scratch).absolute() if scratch else None)
+    folder = Path(scratch).absolute() if scratch else None
+    run_options = RunOptions(retry, claim, shard, lease, folder, full)
     tasks = chosen(whole, run_options)
     report = Report(whole)
     with batch_progress(tasks) as progress:
@@ -94,11 +96,20 @@ def _settings(values: dict[str, object]) -> EngineSettings:
 @command.command(name="status")
 @click.argument("plan")
 @click.option("--full", is_flag=True, help="Hash every output, instead of looking at sizes and times.")
+@click.option("--check", is_flag=True, help="Exit with 1 unless every task is done or skipped.")
 @options.json_option
-def status_command(plan: str, full: bool, as_json: bool) -> int:
-    """Tell where the tasks of PLAN stand, and why some failed. Exits with 1 when some did."""
+def status_command(plan: str, full: bool, check: bool, as_json: bool) -> int:
+    """Tell where the tasks of PLAN stand, and why.
+
+    Exits with 1 when some failed, with --full also when an output is not what it was.
+    """
+    from tumtools.batch.ledger import DONE, FAILED, SKIPPED
     from tumtools.batch.plan_file import read_plan
     from tumtools.batch.status import status
     from tumtools.cli.batch_status_report import print_status
 
-    return EXIT_FAILED if print_status(list(status(read_plan(Path(plan)), full=full)), as_json=as_json) else 0
+    standings = list(status(read_plan(Path(plan)), full=full))
+    print_status(standings, as_json=as_json)
+    states = {standing.state for standing in standings}
+    bad = states - {DONE, SKIPPED} if check else states & ({FAILED, "changed"} if full else {FAILED})
+    return EXIT_FAILED if bad else 0

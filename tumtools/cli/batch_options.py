@@ -60,6 +60,7 @@ def run_options(function: options.Command) -> options.Command:
             click.option("--timeout", type=click.FloatRange(0.1), metavar="S", help="Longest for a task."),
             click.option("--memory-limit", callback=_memory, metavar="SIZE", help="Of a worker, such as 2G."),
             click.option("--scratch", metavar="DIR", help="Folder for files of stores on their way."),
+            click.option("--full", is_flag=True, help="Hash what is done; do again what is not what it was."),
             options.json_option,
         )
     ):  # fmt: skip

@@ -44,7 +44,8 @@ def print_plan(plan: Plan, *, as_json: bool) -> None:
         )
         return
     output.message(
-        f"{len(plan.tasks)} tasks: {sources} sources, {len(plan.targets)} targets, "
+        f"{_count(len(plan.tasks), 'task')}: {_count(sources, 'source')}, "
+        f"{_count(len(plan.targets), 'target')}, "
         f"about {output.size(bytes_in)} to read and {output.size(bytes_out)} to write"
     )
     if plan.opened < sources:
@@ -60,3 +61,7 @@ def print_plan(plan: Plan, *, as_json: bool) -> None:
         click.echo("would be lost:")
         rows = [(target, what, str(count)) for (target, what), count in losses.most_common(_MOST_LOSSES)]
         output.print_table(rows, ("target", "what", "tasks"))
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -43,8 +43,10 @@ def batch_progress(tasks: list[Task]) -> Iterator[Callable[[Outcome], None]]:
 
 
 def reason(entry: Entry) -> str:
-    """Return the first line of why a task failed or was skipped."""
-    return entry.reason.partition("\n")[0]
+    """Return in one line why a task failed or was skipped."""
+    if entry.bug:
+        return f"{entry.reason.partition(chr(10))[0]} (a bug of tumtools; status --json has the trace)"
+    return "; ".join(line.strip() for line in entry.reason.splitlines())
 
 
 def _say_failure(outcome: Outcome, say: Callable[[str], None]) -> None:

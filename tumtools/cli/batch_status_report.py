@@ -19,14 +19,15 @@ from tumtools.cli.batch_progress import reason
 if TYPE_CHECKING:
     from tumtools.batch.status import Standing
 
+_TOLD = {FAILED, SKIPPED, "changed", "running", "interrupted"}
+"""States whose tasks are named."""
 _ALWAYS = {DONE, FAILED, "pending"}
 """Columns that are shown even when there is no such task."""
 
 
-def print_status(standings: list[Standing], *, as_json: bool) -> bool:
-    """Print where tasks stand; return whether any failed."""
+def print_status(standings: list[Standing], *, as_json: bool) -> None:
+    """Print where tasks stand, what was lost, and why tasks are not done."""
     counts = Counter(standing.state for standing in standings)
-    failed = counts[FAILED] > 0
     losses = sum_up((standing.task, standing.entry) for standing in standings if standing.state == DONE)
     if as_json:
         output.print_json(
@@ -36,7 +37,7 @@ def print_status(standings: list[Standing], *, as_json: bool) -> bool:
                 "tasks": [_document(standing) for standing in standings],
             }
         )
-        return failed
+        return
     labels = dict.fromkeys(standing.task.target.label for standing in standings)
     by_label = Counter((standing.task.target.label, standing.state) for standing in standings)
     shown = [state for state in STATES if counts[state] or state in _ALWAYS]
@@ -44,9 +45,17 @@ def print_status(standings: list[Standing], *, as_json: bool) -> bool:
     output.print_table([*rows, ("all", *(str(counts[state]) for state in shown))], ("target", *shown))
     print_losses(losses)
     for standing in standings:
-        if standing.entry is not None and standing.state in {FAILED, SKIPPED}:
-            click.echo(f"{standing.state}: {standing.task.output}: {reason(standing.entry)}")
-    return failed
+        if standing.state in _TOLD:
+            why = _why(standing)
+            click.echo(f"{standing.state}: {standing.task.output}{f': {why}' if why else ''}")
+
+
+def _why(standing: Standing) -> str:
+    if standing.claim is not None and standing.state in {"running", "interrupted"}:
+        return f"on {standing.claim.owner.host.partition(' ')[0]}, process {standing.claim.owner.pid}"
+    if standing.changed:
+        return standing.changed
+    return reason(standing.entry) if standing.entry is not None else ""
 
 
 def _document(standing: Standing) -> dict[str, object]:
@@ -56,5 +65,6 @@ def _document(standing: Standing) -> dict[str, object]:
         "target": standing.task.target.label,
         "output": standing.task.output,
         "state": standing.state,
+        "changed": standing.changed,
         "entry": None if standing.entry is None else document(standing.entry),
     }

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import os
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -32,6 +32,18 @@ class LocalStore:
 
     def __init__(self, place: str) -> None:
         self._root = Path(place)
+
+    def check(self) -> None:
+        """See that the folder can be written to, and make it if need be."""
+        try:
+            with self._locked(), (self._root / _NEW).open("wb"):
+                (self._root / _NEW).unlink()
+        except OSError as error:
+            raise OutputError(
+                f"the destination cannot be written to: {_cause(error)}",
+                path=self._root,
+                hint="name another one in the manifest and plan again, or give this user the right to write",
+            ) from error
 
     def read(self, name: str) -> bytes | None:
         """Return a record, or None."""
@@ -103,4 +115,10 @@ class LocalStore:
             if durable:
                 fsync(path.parent)
         except OSError as error:
+            with suppress(OSError):
+                new.unlink()
             raise OutputError(f"cannot be written: {error.strerror}", path=path) from error
+
+
+def _cause(error: OSError) -> str:
+    return (error.strerror or str(error.__cause__ or error)).partition("\n")[0]

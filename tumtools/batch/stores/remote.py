@@ -8,6 +8,7 @@ Transfers are retried by obstore, uploads of large files go in parts, and S3 is 
 from __future__ import annotations
 
 import re
+import uuid
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from datetime import timedelta
@@ -71,6 +72,19 @@ class RemoteStore:
         self._place = place
         self._scratch = scratch
         self._store = _open(place)
+
+    def check(self) -> None:
+        """See that the bucket can be written to."""
+        name = f".tumtools/new-{uuid.uuid4().hex}"
+        try:
+            self._try(name, lambda: obstore.put(self._store, name, b""))
+            self._try(name, lambda: obstore.delete(self._store, name))
+        except (FetchError, MissingInputError) as error:
+            raise OutputError(
+                f"the destination cannot be written to: {error.message}",
+                path=self._place,
+                hint="does the bucket exist, and are its credentials in the environment?",
+            ) from error
 
     def read(self, name: str) -> bytes | None:
         """Return a record, or None."""

@@ -20,6 +20,14 @@ class Store(Protocol):
     Names are relative, their parts separated by `/`.
     """
 
+    def check(self) -> None:
+        """See that the store can be written to.
+
+        Raises:
+            OutputError: It cannot.
+
+        """
+
     def read(self, name: str) -> bytes | None:
         """Return a record, or None.
 

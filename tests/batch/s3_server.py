@@ -67,17 +67,26 @@ def unfinished_uploads() -> int:
     return len(s3_backends[DEFAULT_ACCOUNT_ID]["aws"].buckets[BUCKET].multiparts)
 
 
-@contextmanager
-def s3_server(probability: float) -> Iterator[tuple[Flaky, dict[str, str]]]:
-    """Serve an empty bucket; give the application and the environment that leads to it."""
+def require_moto() -> tuple[Callable[..., Any], Any]:
+    """Return what makes a server, and moto's application; skip the test where they are missing."""
     try:
         import obstore  # noqa: F401
         from moto.server import DomainDispatcherApplication, create_backend_app
         from werkzeug.serving import make_server
+
+        from tumtools.batch.stores import remote
     except ImportError:
         missing("obstore and moto[server]")
+    remote._open.cache_clear()  # stores of an earlier server
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
-    application = Flaky(DomainDispatcherApplication(create_backend_app), 0.0)
+    return make_server, DomainDispatcherApplication(create_backend_app)
+
+
+@contextmanager
+def s3_server(probability: float) -> Iterator[tuple[Flaky, dict[str, str]]]:
+    """Serve an empty bucket; give the application and the environment that leads to it."""
+    make_server, backend = require_moto()
+    application = Flaky(backend, 0.0)
     server = make_server("127.0.0.1", 0, application, threaded=True)
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
@@ -90,9 +99,6 @@ def s3_server(probability: float) -> Iterator[tuple[Flaky, dict[str, str]]]:
         "AWS_ALLOW_HTTP": "true",
     }
     try:
-        from tumtools.batch.stores import remote
-
-        remote._open.cache_clear()  # stores of an earlier server
         with pytest.MonkeyPatch.context() as patch:
             for name, value in environment.items():
                 patch.setenv(name, value)

@@ -15,7 +15,7 @@ from tests.batch.batches import FIXTURES, FOUR_TARGETS
 from tumtools.batch.manifest import read_manifest
 from tumtools.batch.plan import Plan, make_plan, task_id
 from tumtools.batch.plan_file import read_plan, write_plan
-from tumtools.errors import InputError
+from tumtools.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -170,3 +170,133 @@ def test_what_is_no_plan_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "plan.json").write_text(text)
     with pytest.raises(InputError):
         read_plan(tmp_path / "plan.json")
+
+
+def test_only_plans_are_replaced(folder: Path) -> None:
+    plan = plan_of(folder)
+    before = (folder / "manifest.toml").read_bytes()
+    with pytest.raises(UsageError, match="is no plan"):
+        write_plan(plan, folder / "manifest.toml")
+    assert (folder / "manifest.toml").read_bytes() == before
+    (folder / "plan.json").touch()
+    write_plan(plan, folder / "plan.json")
+    write_plan(plan, folder / "plan.json")
+
+
+@pytest.mark.parametrize("pattern", ["*", "*/*", "o*"])
+def test_a_pattern_does_not_match_the_destination(folder: Path, pattern: str) -> None:
+    source = f'path = "{pattern}"\nexclude = ["*.toml"]'
+    head = 'estimate = "off"'
+    (folder / "other").mkdir()
+    before = plan_of(folder, head=head, source=source)
+    shutil.copytree(FIXTURES / "full", folder / "out" / "full" / "full")
+    assert plan_of(folder, head=head, source=source) == before
+
+
+def test_a_pattern_in_the_destination_is_meant(folder: Path) -> None:
+    (folder / "manifest.toml").write_text(
+        'destination = "data"\ntemplate = "{name}.{ext}"\n'
+        '[[source]]\npath = "data/*"\n[[target]]\nto = "mcap"\n'
+    )
+    assert len(make_plan(read_manifest(folder / "manifest.toml")).tasks) == 2
+
+
+@pytest.mark.parametrize("linked", ["source", "destination"])
+def test_outputs_are_not_written_into_sources_by_another_name(folder: Path, linked: str) -> None:
+    data = (folder / "data").rename(folder / "real")
+    if linked == "source":
+        (folder / "link").symlink_to(data / "full")
+        source, destination = "link", data / "full" / "out"
+    else:
+        (folder / "out").symlink_to(data)
+        source, destination = "real/full", folder / "out" / "full"
+    (folder / "manifest.toml").write_text(
+        f'destination = "{destination}"\n[[source]]\npath = "{source}"\n[[target]]\nto = "mcap"\n'
+    )
+    with pytest.raises(InputError, match="in the way of a source"):
+        make_plan(read_manifest(folder / "manifest.toml"))
+
+
+def test_outputs_do_not_replace_sources_in_a_store(tmp_path: Path) -> None:
+    (tmp_path / "manifest.toml").write_text(
+        'destination = "s3://lab"\ntemplate = "{parent}/{name}.{ext}"\n'
+        '[[source]]\npath = "s3://lab/day/rec.bag"\n[[target]]\nto = "rosbag1"\n'
+    )
+    with pytest.raises(InputError, match="in the way of a source"):
+        make_plan(read_manifest(tmp_path / "manifest.toml"))
+
+
+def test_a_shard_has_all_targets_of_its_sources(folder: Path) -> None:
+    plan = plan_of(folder)
+    first, second = (plan.shard(index, 2) for index in (1, 2))
+    assert {task.source.name for task in first.tasks} == {"early"}
+    assert {task.source.name for task in second.tasks} == {"full"}
+    parts = [plan.shard(index, 3).tasks for index in (1, 2, 3)]  # more parts than sources
+    assert [len(part) for part in parts] == [3, 3, 2]
+    assert {task.id for part in parts for task in part} == {task.id for task in plan.tasks}
+
+
+def test_names_that_file_systems_do_not_take_are_refused(folder: Path) -> None:
+    with pytest.raises(InputError, match="too long"):
+        plan_of(folder, source=f'path = "data/full"\nlabel = "{"x" * 250}"')
+
+
+def test_a_strict_target_that_would_lose_something_is_told(folder: Path) -> None:
+    (folder / "data" / "full" / "notes.txt").write_text("of the day\n")
+    plan = plan_of(folder, '[[target]]\nto = "mcap"\nstrict = true\n')
+    assert ["mcap is strict: " in task.problem for task in plan.tasks] == [False, True]
+
+
+def test_a_filter_that_matches_nothing_names_the_cameras(folder: Path) -> None:
+    with pytest.raises(InputError, match="cameras: fr1, fr2, fr3"):
+        plan_of(folder, source='camera = "fr9"')
+
+
+def test_a_sequence_that_is_to_be_fetched_is_no_problem(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TUMTOOLS_CACHE", str(folder / "cache"))
+    one = '[[target]]\nto = "mcap"\n'
+    (task,) = plan_of(folder, one, source='name = "fr1/desk"\nfetch = true').tasks
+    assert (task.problem, task.bytes_in > 10**8) == ("", True)
+    (task,) = plan_of(folder, one, source='name = "fr1/desk"').tasks
+    assert "`fetch = true`" in task.problem
+
+
+CALIBRATION = """\
+image_width: 640
+image_height: 480
+camera_matrix: {rows: 3, cols: 3, data: [500.0, 0, 320.0, 0, 500.0, 240.0, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
+rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+projection_matrix: {rows: 3, cols: 4, data: [500.0, 0, 320.0, 0, 0, 500.0, 240.0, 0, 0, 0, 1, 0]}
+"""
+
+
+def test_the_file_of_a_calibration_is_part_of_the_plan(folder: Path) -> None:
+    (folder / "cal.yaml").write_text(CALIBRATION)
+    target = '[[target]]\nto = "rosbag1"\ncamera = "cal.yaml"\n'
+    plan = plan_of(folder, target)
+    options = plan.targets[0].write_options()
+    assert (options.camera, options.cameras["rgb"].k[0], options.cameras["depth"].k[2]) == (None, 500, 320)
+    write_plan(plan, folder / "plan.json")
+    assert read_plan(folder / "plan.json") == plan
+    (folder / "cal.yaml").write_text(CALIBRATION.replace("500.0", "501.0"))
+    assert {task.id for task in plan_of(folder, target).tasks}.isdisjoint(task.id for task in plan.tasks)
+
+
+@pytest.mark.parametrize("camera", ["nosuch.yaml", "fr9"])
+def test_a_calibration_that_is_not_there_is_refused_with_its_line(folder: Path, camera: str) -> None:
+    with pytest.raises(InputError, match="there is no such calibration") as caught:
+        plan_of(folder, f'[[target]]\nto = "rosbag1"\ncamera = "{camera}"\n')
+    assert caught.value.location == "line 7"
+    assert "fr1, fr2, fr3" in str(caught.value.hint)
+
+
+def test_an_edited_destination_is_said_to_be_that(folder: Path) -> None:
+    path = folder / "plan.json"
+    write_plan(plan_of(folder), path)
+    path.write_text(path.read_text().replace('/out"', '/elsewhere"'))
+    with pytest.raises(InputError, match="the destination or the list of tasks was changed"):
+        read_plan(path)

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
+import threading
 from collections import Counter
 from importlib.metadata import EntryPoint, EntryPoints
 from typing import TYPE_CHECKING
@@ -18,6 +20,7 @@ from tumtools.batch.engines import create_engine
 from tumtools.batch.engines.engine import Completed, EngineSettings
 from tumtools.batch.engines.inline import InlineEngine
 from tumtools.batch.ledger import Entry, Ledger
+from tumtools.batch.losses import sum_up
 from tumtools.batch.manifest import read_manifest
 from tumtools.batch.plan import Plan, make_plan
 from tumtools.batch.run import RunOptions, chosen, run
@@ -236,3 +239,142 @@ def test_a_catalogue_sequence_that_is_not_there_says_how_to_get_it(
     assert "not in the cache" in plan.tasks[0].problem
     assert run_inline(plan) == {"worked failed": 1}
     assert "tumtools fetch fr1/desk" in entry_of(plan, "rgbd_dataset_freiburg1_desk").reason
+
+
+def test_a_full_run_does_again_what_is_damaged_behind_its_size_and_time(folder: Path) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    output = folder / "out/full/full.mcap"
+    before, stat = output.read_bytes(), output.stat()
+    output.write_bytes(before[:100] + b"X" + before[101:])
+    os.utime(output, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    assert run_inline(plan) == {"kept done": 3}
+    (changed,) = [standing for standing in status(plan, full=True) if standing.state == "changed"]
+    assert changed.changed == "the output has other bytes than the ledger says"
+    assert run_inline(plan, full=True) == {"worked done": 1, "kept done": 2}
+    assert output.read_bytes() == before
+
+
+@pytest.mark.parametrize("change", ["image", "image gone", "folder gone"])
+def test_a_folder_that_was_altered_is_made_anew(folder: Path, change: str) -> None:
+    plan = plan_of(folder, targets='[[target]]\nto = "tum"\n')
+    run_inline(plan)
+    output = folder / "out/full/full.tum"
+    before = {path.name: path.read_bytes() for path in output.rglob("*") if path.is_file()}
+    image = next((output / "rgb").iterdir())
+    if change == "image":
+        image.write_bytes(b"x")
+    elif change == "image gone":
+        image.unlink()
+    else:
+        shutil.rmtree(output)
+    assert run_inline(plan) == {"worked done": 1, "kept done": 2}
+    assert {path.name: path.read_bytes() for path in output.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.parametrize("change", ["notes", "list gone"])
+def test_files_that_may_be_somebody_elses_are_not_removed(folder: Path, change: str) -> None:
+    plan = plan_of(folder, targets='[[target]]\nto = "tum"\n')
+    run_inline(plan)
+    output = folder / "out/full/full.tum"
+    if change == "notes":
+        (output / "notes.txt").write_text("mine")
+    else:
+        (output / "rgb.txt").unlink()  # now nothing tells that the images are the sequence's
+    before = sorted(output.rglob("*"))
+    assert run_inline(plan) == {"worked failed": 1, "kept done": 2}
+    assert "is no part of its sequence" in entry_of(plan, "full").reason
+    assert sorted(output.rglob("*")) == before
+    shutil.rmtree(output)
+    assert run_inline(plan, retry=True) == {"worked done": 1}
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"schema_version": 1}', "\x00" * 100])
+def test_an_entry_that_is_damaged_is_none(folder: Path, content: str) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    next((folder / "out/.tumtools/ledger").glob(f"*/{plan.tasks[0].id}.json")).write_text(content)
+    assert states(plan) == {"done": 2, "pending": 1}
+    assert run_inline(plan) == {"worked done": 1, "kept done": 2}
+
+
+def test_a_destination_that_is_a_file_is_one_error(folder: Path) -> None:
+    plan = plan_of(folder)
+    (folder / "out").write_text("a file")
+    with pytest.raises(OutputError, match="the destination cannot be written to"):
+        run_inline(plan)
+
+
+def test_a_link_made_after_the_plan_does_not_lead_to_the_source(folder: Path) -> None:
+    path = folder / "manifest.toml"
+    path.write_text(
+        'destination = "out"\ntemplate = "{name}"\n[[source]]\npath = "data/*"\n'
+        '[[target]]\nto = "tum"\nevery = 2\n'
+    )
+    plan = make_plan(read_manifest(path))
+    (folder / "out").symlink_to("data")
+    before = sorted(file.name for file in (folder / "data").rglob("*.png"))
+    assert run_inline(plan) == {"worked failed": 3}
+    assert "in the way of its source" in entry_of(plan, "full").reason
+    assert sorted(file.name for file in (folder / "data").rglob("*.png")) == before
+
+
+def test_what_was_lost_is_added_up_for_each_target(folder: Path) -> None:
+    for name in ("full", "early"):
+        (folder / "data" / name / "notes.txt").write_text("of the day\n")
+    plan = plan_of(folder, targets='[[target]]\nto = "mcap"\n[[target]]\nto = "rawlog"\n')
+    run_inline(plan)
+    losses = sum_up((standing.task, standing.entry) for standing in status(plan))
+    found = {(one.target, one.outputs): one.loss.count for one in losses if "notes.txt" in one.loss.stream}
+    assert found == {
+        ("mcap", ("early/early.mcap", "full/full.mcap")): 2,
+        ("rawlog", ("early/early.rawlog", "full/full.rawlog")): 2,
+    }
+
+
+def test_another_manifest_after_the_plan_changes_nothing_until_the_next_plan(folder: Path) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    other = plan_of(folder, targets='[[target]]\nto = "mcap"\nevery = 2\n')
+    assert run_inline(plan) == {"kept done": 3}
+    assert states(other) == {"pending": 3}
+    assert run_inline(other) == {"worked done": 3}
+    assert states(plan) == {"changed": 3}
+
+
+def test_two_runs_at_once_share_the_work(folder: Path) -> None:
+    for number in range(6):
+        shutil.copytree(FIXTURES / "early", folder / "data" / f"early_{number}")
+    plan, found = plan_of(folder), []
+    threads = [threading.Thread(target=lambda: found.append(run_inline(plan))) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sum(counts.get("worked done", 0) for counts in found) == 9
+    assert [sum(counts.values()) for counts in found] == [9, 9]
+    assert {entry_of(plan, task.source.name).attempts for task in plan.tasks} == {1}
+
+
+def test_the_address_of_a_scheduler_is_for_dask() -> None:
+    for name in ("local", "inline"):
+        with pytest.raises(UsageError, match="--address"):
+            create_engine(name, EngineSettings(address="tcp://127.0.0.1:1"))
+
+
+@pytest.mark.parametrize(
+    ("module", "package", "extra"),
+    [
+        ("tumtools.batch.engines.dask", "distributed", "tumtools[dask]"),
+        ("tumtools.batch.stores.remote", "obstore", "tumtools[s3]"),
+    ],
+)
+def test_a_missing_extra_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, module: str, package: str, extra: str
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    with pytest.raises(UsageError) as caught:
+        create_engine("dask", EngineSettings()) if package == "distributed" else open_store("s3://lab")
+    assert caught.value.hint == f"pip install '{extra}'"
+    monkeypatch.delitem(sys.modules, module, raising=False)

@@ -59,7 +59,7 @@ def estimate(sources: list[Source], targets: tuple[Target, ...], how: str) -> Es
     """Return an estimate for each source and target.
 
     Args:
-        sources: The recordings; those of a store are not looked at.
+        sources: The recordings; those of a store are not opened, and their sizes are those of its listing.
         targets: What they become.
         how: `open` each, look at its `size` only, or `off`; `auto` opens at most `MOST_OPENED`, evenly
             spread, and takes sizes of the others' outputs in proportion.
@@ -90,10 +90,12 @@ def _growth(opened: list[list[Estimate]], targets: int) -> list[float]:
 
 
 def _of_size(source: Source, growth: list[float]) -> list[Estimate]:
-    if is_remote(source.uri):
-        return [Estimate()] * len(growth)
     try:
-        bytes_in = _size(locate(source.uri.removeprefix(CATALOGUE)))
+        bytes_in = (
+            source.listed_bytes
+            if is_remote(source.uri)
+            else _size(locate(source.uri.removeprefix(CATALOGUE)))
+        )
     except (TumtoolsError, OSError) as error:
         return [_unknown(source, error)] * len(growth)
     return [Estimate(bytes_in, round(bytes_in * factor)) for factor in growth]

@@ -36,6 +36,7 @@ class Source:
         fetch: Whether to download it when it is not in the cache.
         topics: Stream -> topic.
         salvage: Convert what is readable of it.
+        listed_bytes: Its size as a store lists it; 0 where it was not listed.
 
     """
 
@@ -46,6 +47,7 @@ class Source:
     fetch: bool = False
     topics: Mapping[str, str] = field(default_factory=dict)
     salvage: bool = False
+    listed_bytes: int = 0
 
 
 def expand(manifest: Manifest) -> Iterator[Source]:
@@ -110,11 +112,9 @@ def _is_excluded(source: Source, patterns: tuple[str, ...]) -> bool:
 
 def _sources(spec: SourceSpec) -> Iterator[Source]:
     if spec.path is not None:
-        for uri in _places(spec.path):
-            name = spec.label or stem(last_name(uri))
-            yield Source(
-                uri, name, parent_name(uri), topics=spec.topics, salvage=spec.salvage, fetch=spec.fetch
-            )
+        for uri, nbytes in _places(spec.path).items():
+            name, parent = spec.label or stem(last_name(uri)), parent_name(uri)
+            yield Source(uri, name, parent, None, spec.fetch, spec.topics, spec.salvage, nbytes)
         return
     for entry in _entries(spec):
         uri, name = f"{CATALOGUE}{entry.name}", spec.label or entry.name
@@ -128,17 +128,19 @@ def _entries(spec: SourceSpec) -> Iterable[Entry]:
     return catalogue.filter(spec.camera, spec.category, spec.kind or "sequence")
 
 
-def _places(path: str) -> list[str]:
+def _places(path: str) -> dict[str, int]:
+    """Return what a path stands for, and sizes where they are known."""
     if is_remote(path):
         if not is_pattern(path):
-            return [path]
+            return {path: 0}
         if path.partition("://")[0] in WEB_SCHEMES:
             raise UsageError("the web has no lists, so a pattern matches nothing", hint="name each URL")
         from tumtools.batch.stores.remote import match  # noqa: PLC0415 - an extra
 
         return match(path)
     if os.path.lexists(path):
-        return [path]
+        return {path: 0}
     if not is_pattern(path):
         raise UsageError(f"there is no such file or folder: {path}")
-    return sorted(glob.glob(path, recursive=True))  # noqa: PTH207 - Path.glob takes no absolute pattern
+    found = glob.glob(path, recursive=True)  # noqa: PTH207 - Path.glob takes no absolute pattern
+    return dict.fromkeys(sorted(found), 0)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -39,6 +40,16 @@ def check_place(place: str) -> str | None:
     if not parts.netloc:
         return "a URL without a bucket or host"
     return None
+
+
+def real_place(place: str) -> str:
+    """Return the one name of a place; links are followed, since a place may have several names."""
+    return place.rstrip("/") if is_remote(place) else os.path.realpath(place)
+
+
+def is_around(place: str, other: str) -> bool:
+    """Whether a place is another one, or a folder around it."""
+    return f"{real_place(other)}/".startswith(f"{real_place(place)}/")
 
 
 def last_name(place: str) -> str:

@@ -6,14 +6,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.estimate import estimate
 from tumtools.batch.expand import CATALOGUE, Source, expand
-from tumtools.batch.places import is_remote
+from tumtools.batch.places import real_place
 from tumtools.errors import InputError
 
 if TYPE_CHECKING:
@@ -199,25 +197,18 @@ def _check_outputs(manifest: Manifest, tasks: list[Task]) -> None:
         for parent in _parents(task.output):
             if parent in by_output:
                 raise _clash(manifest, task, by_output[parent], "inside of")
-    if is_remote(manifest.destination):
-        return
-    # Links are followed: a destination may be inside a source by another name.
+    root = real_place(manifest.destination)
     uris = {task.source.uri for task in tasks}
-    sources = {os.path.realpath(uri) for uri in uris if not is_remote(uri) and not uri.startswith(CATALOGUE)}
-    around = {str(parent) for path in sources for parent in Path(path).parents}
-    root = Path(os.path.realpath(manifest.destination))
-    inside = any(str(place) in sources for place in (root, *root.parents))
+    sources = {real_place(uri) for uri in uris if not uri.startswith(CATALOGUE)}
+    around = {parent for source in sources for parent in _parents(source)}
+    inside = any(place in sources for place in (root, *_parents(root)))
     for task in tasks:
-        path = root / task.output
-        if inside or str(path) in around or str(path) in sources or _holds(sources, root, task.output):
+        place = f"{root}/{task.output}"
+        holders = (f"{root}/{parent}" for parent in _parents(task.output))
+        if inside or place in around or place in sources or any(holder in sources for holder in holders):
             raise InputError(
-                f"{path} would be in the way of a source", path=manifest.path, hint="change the destination"
+                f"{place} would be in the way of a source", path=manifest.path, hint="change the destination"
             )
-
-
-def _holds(sources: set[str], root: Path, output: str) -> bool:
-    """Whether an output is inside of a source that is below the destination."""
-    return any(str(root / parent) in sources for parent in _parents(output))
 
 
 def _parents(output: str) -> Iterator[str]:

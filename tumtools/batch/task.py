@@ -17,12 +17,13 @@ from tumtools import __version__
 from tumtools.batch.claims import Claims
 from tumtools.batch.inputs import staged_source
 from tumtools.batch.ledger import DONE, FAILED, SKIPPED, Contents, Entry, Ledger
+from tumtools.batch.places import is_around, is_remote
 from tumtools.batch.proof import disproof
 from tumtools.batch.stores import open_store
 from tumtools.batch.tree import measure, sha256_of
 from tumtools.convert import ConvertOptions, convert
 from tumtools.digest import digest
-from tumtools.errors import InternalError, TumtoolsError
+from tumtools.errors import InternalError, OutputError, TumtoolsError
 from tumtools.formats.options import ReadOptions
 from tumtools.sources import open_source
 from tumtools.transform import parse_selection
@@ -154,15 +155,18 @@ class _Attempt:
         self._store = store
         self._job = job
         self._task = job.task
+        self._path: Path | None = None
         self._entry = _blank(job, attempt, time.time())
 
     def run(self) -> Entry:
         try:
             with staged_source(self._task.source, self._job.scratch) as path:
+                self._path = path
+                self._refuse_source(path)
                 self._read(path)
                 self._entry = self._convert(path) if self._validate(path) else self._entry
         except TumtoolsError as error:
-            self._fail(str(error), bug=isinstance(error, InternalError))
+            self._fail(self._told(str(error)), bug=isinstance(error, InternalError))
         except MemoryError:
             self._fail("out of memory; give it more with --memory-limit, or less to do with fewer workers")
         except Exception as error:  # noqa: BLE001 - one task with a bug must not stop the others
@@ -171,6 +175,19 @@ class _Attempt:
 
     def _fail(self, reason: str, *, bug: bool = False) -> None:
         self._entry = replace(self._entry, state=FAILED, reason=reason, bug=bug, written=None)
+
+    def _told(self, text: str) -> str:
+        """Name the source in a text, and not the copy that was staged of it."""
+        return text if self._path is None else text.replace(str(self._path), self._task.source.uri)
+
+    def _refuse_source(self, path: Path) -> None:
+        """Refuse to write over a source: links may have been made after the plan was."""
+        output = f"{self._job.destination}/{self._task.output}"
+        source = self._task.source.uri if is_remote(self._task.source.uri) else str(path)
+        if is_around(output, source) or is_around(source, output):
+            raise OutputError(
+                "the output would be in the way of its source", path=output, hint="change the destination"
+            )
 
     def _read(self, path: Path) -> None:
         found = measure(path)
@@ -191,7 +208,8 @@ class _Attempt:
         least = Severity.of_word(policy.fail_on)
         found = [finding for finding in result.findings if finding.severity >= least]
         texts = tuple(
-            f"{finding.place}: {finding.code} {finding.message}" for finding in found[:_MAX_FINDINGS]
+            self._told(f"{finding.place}: {finding.code} {finding.message}")
+            for finding in found[:_MAX_FINDINGS]
         )
         self._entry = replace(self._entry, findings=texts)
         if not found or policy.on_findings == "warn":

@@ -11,6 +11,8 @@ import click
 
 from tumtools.cli import options
 
+_LEAST_MEMORY: Final = 256 * 10**6
+"""Bytes; with less the libraries cannot even be loaded."""
 _UNITS: Final = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9}
 
 
@@ -21,7 +23,10 @@ def _memory(context: click.Context, parameter: click.Parameter, value: str | Non
     match = re.fullmatch(r"(\d+)([kMG]?)B?", value)
     if match is None:
         raise click.BadParameter(f"{value}: expected a size such as 500M or 2G")
-    return int(match[1]) * _UNITS[match[2]]
+    limit = int(match[1]) * _UNITS[match[2]]
+    if limit < _LEAST_MEMORY:
+        raise click.BadParameter(f"{value}: a worker needs 256M at least")
+    return limit
 
 
 def _shard(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:

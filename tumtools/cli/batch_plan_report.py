@@ -43,10 +43,11 @@ def print_plan(plan: Plan, *, as_json: bool) -> None:
             }
         )
         return
+    known = f"about {output.size(bytes_in)} to read and {output.size(bytes_out)} to write"
     output.message(
         f"{_count(len(plan.tasks), 'task')}: {_count(sources, 'source')}, "
         f"{_count(len(plan.targets), 'target')}, "
-        f"about {output.size(bytes_in)} to read and {output.size(bytes_out)} to write"
+        f"{known if bytes_in else 'of unknown size'}"
     )
     if plan.opened < sources:
         output.message(

@@ -5,8 +5,11 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections import Counter
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from datetime import timedelta
+from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.ledger import FAILED
 from tumtools.cli import output
@@ -19,16 +22,19 @@ if TYPE_CHECKING:
     from tumtools.batch.task import Outcome
 
 
+_SAY_SECONDS: Final = 60.0
+
+
 @contextmanager
 def batch_progress(tasks: list[Task]) -> Iterator[Callable[[Outcome], None]]:
     """Show tasks, bytes and time left while stderr is a terminal; say what fails as it does."""
     sizes = {task.id: task.bytes_in for task in tasks}
+    total, done = sum(sizes.values()), 0
     if output.verbosity < 0 or not sys.stderr.isatty() or not tasks:
-        yield lambda outcome: _say_failure(outcome, output.message)
+        yield _Lines(len(tasks))
         return
     from tqdm import tqdm
 
-    total, done = sum(sizes.values()), 0
     with tqdm(total=len(tasks), desc="batch", unit=" tasks", leave=False, dynamic_ncols=True) as bar:
 
         def advance(outcome: Outcome) -> None:
@@ -40,6 +46,27 @@ def batch_progress(tasks: list[Task]) -> Iterator[Callable[[Outcome], None]]:
             _say_failure(outcome, lambda text: tqdm.write(text, file=sys.stderr))
 
         yield advance
+
+
+class _Lines:
+    """For logs: each failure, and where the batch stands now and then."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._counts: Counter[str] = Counter()
+        self._begin = self._said = time.monotonic()
+
+    def __call__(self, outcome: Outcome) -> None:
+        _say_failure(outcome, output.message)
+        self._counts["failed" if outcome.entry and outcome.entry.state == FAILED else "well"] += 1
+        now, done = time.monotonic(), self._counts.total()
+        if now - self._said >= _SAY_SECONDS and done < self._total:
+            self._said = now
+            left = (now - self._begin) / done * (self._total - done)
+            output.message(
+                f"{done} of {self._total} tasks, {self._counts['failed']} failed, "
+                f"about {timedelta(seconds=round(left))} left"
+            )
 
 
 def reason(entry: Entry) -> str:

@@ -51,7 +51,14 @@ class Report:
         )
         if as_json:
             documents = [
-                {"task": task, "state": state, "entry": None if entry is None else document(entry)}
+                {
+                    "task": task,
+                    "source": self._tasks[task].source.uri,
+                    "target": self._tasks[task].target.label,
+                    "output": self._tasks[task].output,
+                    "state": state,
+                    "entry": None if entry is None else document(entry),
+                }
                 for task, (state, entry) in sorted(self._entries.items())
             ]
             output.print_json(

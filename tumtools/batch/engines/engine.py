@@ -7,6 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from tumtools.errors import UsageError
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -29,6 +31,17 @@ class EngineSettings:
     address: str | None = None
     timeout: float | None = None
     memory_limit: int | None = None
+
+
+def refuse_address(settings: EngineSettings) -> None:
+    """Refuse the address of a scheduler, for an engine that has none.
+
+    Raises:
+        UsageError: There is one.
+
+    """
+    if settings.address is not None:
+        raise UsageError("--address is for a scheduler of dask", hint="add --engine dask")
 
 
 @dataclass(frozen=True, slots=True)

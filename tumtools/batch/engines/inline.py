@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
-from tumtools.batch.engines.engine import Completed, EngineSettings
+from tumtools.batch.engines.engine import Completed, EngineSettings, refuse_address
 from tumtools.batch.task import execute
 from tumtools.errors import UsageError
 
@@ -23,6 +23,7 @@ class InlineEngine:
     capacity: Final = 1
 
     def __init__(self, settings: EngineSettings) -> None:
+        refuse_address(settings)
         if settings.timeout is not None or settings.memory_limit is not None:
             raise UsageError("the engine inline has no time-out and no memory limit")
         self._jobs: deque[Job] = deque()

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any, Final
 
-from tumtools.batch.engines.engine import Completed, EngineSettings
+from tumtools.batch.engines.engine import Completed, EngineSettings, refuse_address
 from tumtools.batch.engines.worker import work
 from tumtools.batch.task import Outcome
 
@@ -43,6 +43,7 @@ class LocalEngine:
     """A pool of processes made by spawn, so that no thread or lock of this one is inherited."""
 
     def __init__(self, settings: EngineSettings) -> None:
+        refuse_address(settings)
         self._settings = settings
         self._context = multiprocessing.get_context("spawn")
         self._queue: deque[Job] = deque()

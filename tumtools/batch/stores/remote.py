@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import uuid
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from datetime import timedelta
@@ -186,8 +187,10 @@ class RemoteStore:
         return _request(f"{self._place}/{name}", request)
 
 
-def match(pattern: str) -> list[str]:
-    """Return the URLs of objects, and of folders of objects, that a pattern matches; `*` stops at `/`.
+def match(pattern: str) -> dict[str, int]:
+    """Return the URLs of objects, and of folders of objects, that a pattern matches, and their sizes.
+
+    The URLs are sorted; `*` stops at `/`.
 
     Raises:
         FetchError: The store cannot be read.
@@ -198,12 +201,12 @@ def match(pattern: str) -> list[str]:
     plain = next((number for number, part in enumerate(parts) if is_pattern(part)), len(parts))
     root = f"{scheme}://{bucket}"
     prefix = "/".join(parts[:plain])
-    found = set()
+    found: Counter[str] = Counter()
     for meta in _request(pattern, lambda: _list(_open(root), f"{prefix}/" if prefix else "")):
         names = meta["path"].split("/")[: len(parts)]
         if len(names) == len(parts) and all(map(fnmatchcase, names, parts)):
-            found.add("/".join([root, *names]))
-    return sorted(found)
+            found["/".join([root, *names])] += meta["size"]
+    return dict(sorted(found.items()))
 
 
 @contextmanager
@@ -306,5 +309,10 @@ def _request(url: str, request: Callable[[], _Result]) -> _Result:
 
 
 def _first_line(error: Exception) -> str:
-    # What follows a question mark may be a signature.
-    return re.sub(r"\?[^\s:)]*", "?...", str(error).partition("\n")[0])[:300]
+    """Say what a store answers, without what may be a secret."""
+    text = str(error)
+    code = re.search(r"<Code>(\w+)</Code>", text)
+    line = text.partition("\n")[0].partition("<")[0].rstrip(": ")
+    line = re.sub(r"//[^/\s]*@", "//...@", line)  # a user and a password
+    line = re.sub(r"\?[^\s:)]*", "?...", line)  # a signature
+    return line[:300] + (f" ({code[1]})" if code else "")

@@ -15,6 +15,18 @@ and since functions such as `convert` have the names of the modules that they li
 
 from __future__ import annotations
 
+from tumtools.batch.control import batch_status, plan_batch, retry_batch, run_batch
+from tumtools.batch.engines.engine import EngineSettings
+from tumtools.batch.ledger import Entry as BatchEntry
+from tumtools.batch.losses import TargetLoss
+from tumtools.batch.losses import sum_up as sum_batch_losses
+from tumtools.batch.plan import Plan as BatchPlan
+from tumtools.batch.plan import Task as BatchTask
+from tumtools.batch.plan_file import read_plan as read_batch_plan
+from tumtools.batch.plan_file import write_plan as write_batch_plan
+from tumtools.batch.run import RunOptions as BatchOptions
+from tumtools.batch.status import Standing as BatchStanding
+from tumtools.batch.task import Outcome as BatchOutcome
 from tumtools.convert import ConvertOptions, Report, convert
 from tumtools.diff import Comparison, Difference, Tolerances, diff
 from tumtools.digest import Digest, digest
@@ -47,11 +59,18 @@ from tumtools.validate.engine import validate
 
 __all__ = [
     "Accelerometer",
+    "BatchEntry",
+    "BatchOptions",
+    "BatchOutcome",
+    "BatchPlan",
+    "BatchStanding",
+    "BatchTask",
     "CameraInfo",
     "Comparison",
     "ConvertOptions",
     "Difference",
     "Digest",
+    "EngineSettings",
     "FetchError",
     "Frame",
     "Image",
@@ -66,12 +85,14 @@ __all__ = [
     "Selection",
     "Sequence",
     "SequenceInfo",
+    "TargetLoss",
     "Tolerances",
     "Trajectory",
     "TumtoolsError",
     "UsageError",
     "WriteOptions",
     "associate",
+    "batch_status",
     "convert",
     "diff",
     "digest",
@@ -81,9 +102,15 @@ __all__ = [
     "fetch",
     "open",
     "pixels_of",
+    "plan_batch",
     "png_of",
+    "read_batch_plan",
+    "retry_batch",
+    "run_batch",
     "select",
+    "sum_batch_losses",
     "summarise",
     "synthesize",
     "validate",
+    "write_batch_plan",
 ]

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 import threading
 from collections import Counter
 from importlib.metadata import EntryPoint, EntryPoints
@@ -360,21 +359,3 @@ def test_the_address_of_a_scheduler_is_for_dask() -> None:
     for name in ("local", "inline"):
         with pytest.raises(UsageError, match="--address"):
             create_engine(name, EngineSettings(address="tcp://127.0.0.1:1"))
-
-
-@pytest.mark.parametrize(
-    ("module", "package", "extra"),
-    [
-        ("tumtools.batch.engines.dask", "distributed", "tumtools[dask]"),
-        ("tumtools.batch.stores.remote", "obstore", "tumtools[s3]"),
-    ],
-)
-def test_a_missing_extra_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, module: str, package: str, extra: str
-) -> None:
-    monkeypatch.setitem(sys.modules, package, None)
-    monkeypatch.delitem(sys.modules, module, raising=False)
-    with pytest.raises(UsageError) as caught:
-        create_engine("dask", EngineSettings()) if package == "distributed" else open_store("s3://lab")
-    assert caught.value.hint == f"pip install '{extra}'"
-    monkeypatch.delitem(sys.modules, module, raising=False)

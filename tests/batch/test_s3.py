@@ -19,6 +19,7 @@ from tests.batch import batches
 from tests.batch.batches import FIXTURES, FOUR_TARGETS, Batch, hashes
 from tests.batch.s3_server import BUCKET, Flaky, s3_server
 from tests.interop.programs import missing
+from tumtools.errors import TumtoolsError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -128,3 +129,50 @@ def test_a_source_on_the_web(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         finally:
             server.shutdown()
             thread.join()
+
+
+def test_a_plan_has_the_sizes_that_the_store_lists(tmp_path: Path, server: Flaky) -> None:
+    local = Batch(tmp_path, sources=2)
+    upload(tmp_path / "data", "sizes/data")
+    (tmp_path / "manifest.toml").write_text(
+        f'destination = "out"\n[[source]]\npath = "s3://{BUCKET}/sizes/data/*"\n[[target]]\nto = "mcap"\n'
+    )
+    sizes = [
+        sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+        for folder in sorted((tmp_path / "data").iterdir())
+    ]
+    assert [task["bytes_in"] for task in local.plan()] == sizes
+
+
+def test_a_damaged_source_in_a_bucket_is_named_as_in_the_bucket(tmp_path: Path, server: Flaky) -> None:
+    import obstore
+    from obstore.store import from_url
+
+    obstore.put(from_url(f"s3://{BUCKET}"), "bad/bad.bag", b"#ROSBAG V2.0\njunk")
+    batch = manifest(tmp_path, f"s3://{BUCKET}/bad/bad.bag", "out")
+    batch.plan()
+    assert batch.run(code=1)["failed"] == 4
+    (reason,) = {entry["reason"].partition(": ")[0] for entry in batch.ledger().values()}
+    assert reason.startswith(f"s3://{BUCKET}/bad/bad.bag, offset")
+
+
+def test_a_bucket_that_is_not_there_is_one_error(tmp_path: Path, server: Flaky) -> None:
+    batch = Batch(tmp_path, sources=2, destination="s3://nosuch/out")
+    batch.plan()
+    message = batch.call("batch", "run", "plan.json", code=4)
+    assert message.startswith("error: s3://nosuch/out: the destination cannot be written to")
+    assert "NoSuchBucket" in message
+
+
+def test_a_password_in_the_endpoint_is_not_told(
+    tmp_path: Path, server: Flaky, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tumtools.batch.stores.remote._RETRIES", {"max_retries": 0})
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://user:the-password@127.0.0.1:9")
+    from tumtools.batch.stores import remote
+
+    remote._open.cache_clear()
+    with pytest.raises(TumtoolsError, match=r"http://\.\.\.@127") as caught:
+        remote.RemoteStore(f"s3://{BUCKET}/x").read("name")
+    assert "the-password" not in str(caught.value)
+    remote._open.cache_clear()

@@ -35,7 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_plan_run_status_retry(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     inline = ("--engine", "inline")
     assert run(["batch", "plan", "m.toml", "-o", "p.json"]) == 0
-    assert "2 tasks: 2 sources, 1 targets" in capsys.readouterr().err
+    assert "2 tasks: 2 sources, 1 target," in capsys.readouterr().err
     assert run(["batch", "run", "p.json", *inline]) == 1
     printed = capsys.readouterr()
     assert "failed: bad/bad.mcap: " in printed.err
@@ -57,6 +57,8 @@ def test_plan_run_status_retry(folder: Path, capsys: pytest.CaptureFixture[str])
         ["run", "p.json", "--shard", "0/2"],
         ["run", "p.json", "--shard", "3/2"],
         ["run", "p.json", "--memory-limit", "much"],
+        ["run", "p.json", "--memory-limit", "1M"],
+        ["run", "p.json", "--address", "tcp://127.0.0.1:1"],
         ["run", "p.json", "--engine", "ray"],
         ["run", "p.json", "--engine", "inline", "--timeout", "3"],
     ],

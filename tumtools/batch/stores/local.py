@@ -121,4 +121,6 @@ class LocalStore:
 
 
 def _cause(error: OSError) -> str:
-    return (error.strerror or str(error.__cause__ or error)).partition("\n")[0]
+    """Say what the system said, which an error of ours has as its cause."""
+    cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
+    return cause.strerror or str(error).partition("\n")[0]

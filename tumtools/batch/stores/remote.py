@@ -81,8 +81,10 @@ class RemoteStore:
             self._try(name, lambda: obstore.put(self._store, name, b""))
             self._try(name, lambda: obstore.delete(self._store, name))
         except (FetchError, MissingInputError) as error:
+            cause = error.__cause__
+            why = _first_line(cause) if isinstance(cause, Exception) else error.message
             raise OutputError(
-                f"the destination cannot be written to: {error.message}",
+                f"the destination cannot be written to: {why}",
                 path=self._place,
                 hint="does the bucket exist, and are its credentials in the environment?",
             ) from error

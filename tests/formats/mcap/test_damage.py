@@ -252,3 +252,14 @@ def test_depth_values_survive_untouched(tmp_path: Path) -> None:
     with open_source(tmp_path / "out") as result:
         found = np.unique(np.concatenate([pixels_of(frame.load()) for frame in result.images(["depth"])]))
         assert {0, 65535} <= set(found.tolist())
+
+
+def test_a_file_may_be_overwritten_once_it_is_closed(tmp_path: Path) -> None:
+    """No thread goes on to read ahead in a file that may have become shorter, which would end the process."""
+    path = tmp_path / "x.mcap"
+    data = _ours(path, compression="none")
+    for _ in range(50):
+        with open_source(path) as sequence:
+            next(sequence.images())
+        path.write_bytes(b"")
+        path.write_bytes(data)

@@ -6,17 +6,19 @@ from __future__ import annotations
 
 import struct
 from collections import OrderedDict
+from threading import Lock
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.formats.mcap.file import LOOSE, TOUCHED_BYTES, McapFile
-from tumtools.formats.mcap.records import MESSAGE_HEADER, RECORD_HEADER, Fields, Op
+from tumtools.formats.mcap.records import CHUNK_HEADER, MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 from tumtools.formats.ros.definitions import full_name
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
+from tumtools.images.parallel import ordered_map
 from tumtools.model.sequence import Loss
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ _ENCODINGS: Final[dict[tuple[str, str], MessageEncoding]] = {
 }
 _HEAD: Final = struct.Struct("<BQHIqq")
 """`RECORD_HEADER` and `MESSAGE_HEADER`."""
+_NO_CHUNK: Final = LOOSE - 1
 _MESSAGE: Final = int(Op.MESSAGE)
 _NO_ENTRIES: Final = np.empty((0, 3), np.int64)
 
@@ -55,6 +58,8 @@ class McapRecording(Recording):
         self._file = McapFile(path, salvage=salvage)
         self.path = self._file.path
         self._chunks: OrderedDict[int, memoryview] = OrderedDict()
+        self._lock = Lock()
+        self._closed = False
         self._index = self._read_index()
         self.metadata = self._file.notes.get(RECORD)
         self.digest = self._file.notes.get(DIGEST_RECORD)
@@ -144,11 +149,13 @@ class McapRecording(Recording):
             entries = entries[entries[:, 0] >= start]
         if end is not None:
             entries = entries[entries[:, 0] <= end]
-        current, records, last = None, self._file.data, 0
+        chunks = entries[np.flatnonzero(np.diff(entries[:, 1], prepend=_NO_CHUNK)), 1].tolist()
+        waiting = self._in_turn(chunks)
+        current, records, last = _NO_CHUNK, self._file.data, 0
         # There are many small messages, so this loop is kept short.
         for time, chunk, offset in entries.tolist():
             if chunk != current:
-                current, records = chunk, self._file.data if chunk == LOOSE else self._chunk(chunk)
+                current, records = chunk, next(waiting)
                 last = len(records) - _HEAD.size
             if not 0 <= offset <= last:
                 raise self._wrong(
@@ -174,21 +181,45 @@ class McapRecording(Recording):
         """Return an error of the index of a chunk; its offset is that of the chunk if there is one."""
         return self._file.error(message, offset if chunk == LOOSE else self._file.chunks[chunk].offset, hint)
 
+    def _in_turn(self, chunks: list[int]) -> Iterator[memoryview]:
+        """Yield the records of chunks; while one is used, the next is read and checked by another thread."""
+        yield from map(self._chunk, chunks[:1])
+        jobs = 2 if all(map(self._is_small, chunks)) else 1
+        yield from ordered_map(self._chunk, chunks[1:], jobs, window=2)
+
+    def _is_small(self, number: int) -> bool:
+        """Tell whether there is memory enough to read another chunk of this size ahead."""
+        if number == LOOSE:
+            return True
+        start = self._file.chunks[number].offset + RECORD_HEADER.size
+        if start + CHUNK_HEADER.size > len(self._file.data):
+            return False
+        _, _, size, _ = CHUNK_HEADER.unpack_from(self._file.data, start)
+        return int(size) <= _CACHED_BYTES // _CACHED_CHUNKS
+
     def _chunk(self, number: int) -> memoryview:
-        records = self._chunks.get(number)
-        if records is None:
-            records = self._chunks[number] = self._file.chunk(number)
-            while len(self._chunks) > 1 and (
-                len(self._chunks) > _CACHED_CHUNKS or sum(map(len, self._chunks.values())) > _CACHED_BYTES
-            ):
-                self._chunks.popitem(last=False)
-        else:
-            self._chunks.move_to_end(number)
+        """Return the records of a chunk, or the whole file for messages that are in none."""
+        if number == LOOSE:
+            return self._file.data
+        with self._lock:
+            if self._closed:
+                raise ValueError("the recording is closed")
+            records = self._chunks.get(number)
+            if records is None:
+                records = self._chunks[number] = self._file.chunk(number)
+                while len(self._chunks) > 1 and (
+                    len(self._chunks) > _CACHED_CHUNKS or sum(map(len, self._chunks.values())) > _CACHED_BYTES
+                ):
+                    self._chunks.popitem(last=False)
+            else:
+                self._chunks.move_to_end(number)
         return records
 
     def close(self) -> None:
         """Forget what is cached; the mapping goes with the last view of it."""
-        self._chunks.clear()
+        with self._lock:  # no thread reads ahead any more: the file may be overwritten now
+            self._closed = True
+            self._chunks.clear()
 
 
 def _with_chunks(parts: list[tuple[int, npt.NDArray[np.int64]]]) -> npt.NDArray[np.int64]:

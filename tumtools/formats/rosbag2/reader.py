@@ -24,4 +24,9 @@ def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb
         UsageError: The topics asked for do not fit, or several could be meant.
 
     """
-    return RosSequence(Rosbag2Recording(path, salvage=options.salvage), path.stem, options)
+    recording = Rosbag2Recording(path, salvage=options.salvage)
+    try:
+        return RosSequence(recording, path.stem, options)
+    except BaseException:
+        recording.close()
+        raise

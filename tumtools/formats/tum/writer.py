@@ -59,16 +59,20 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
         _Archive(target, sequence.info.name) if target.name.endswith(_ARCHIVE_SUFFIXES) else _Folder(target)
     )
 
-    def encode(frame: Frame) -> tuple[Frame, bytes | memoryview]:
-        return frame, png_of(frame.load())
+    def encode(frame: Frame) -> tuple[str, bytes | memoryview]:
+        name, data = names[frame.stream][frame.row], png_of(frame.load())
+        if not sink.ordered:
+            sink.add(name, data)
+        return name, data
 
-    with closing(sink):
+    with closing(sink), closing(ordered_map(encode, sequence.images(), options.jobs, join=True)) as encoded:
         for name, text in texts.items():
             sink.add(name, text)
         for stream in sequence.info.images:
             sink.add_folder(stream)
-        for frame, data in ordered_map(encode, sequence.images(), options.jobs):
-            sink.add(names[frame.stream][frame.row], data)
+        for name, data in encoded:
+            if sink.ordered:
+                sink.add(name, data)
             progress(1, len(data))
     return (*_losses(sequence), *_camera_loss(sequence, layouts, target.name))
 
@@ -180,7 +184,14 @@ def _image_names(sequence: Sequence, stream: str, layout: TextLayout) -> list[st
 
 
 class _Sink(ABC):
-    """Where files go."""
+    """Where files go.
+
+    Attributes:
+        ordered: Files must be added one after the other, in order; else by any thread.
+
+    """
+
+    ordered: bool
 
     @abstractmethod
     def add(self, name: str, data: bytes | memoryview) -> None: ...
@@ -193,6 +204,8 @@ class _Sink(ABC):
 
 
 class _Folder(_Sink):
+    ordered = False
+
     def __init__(self, path: Path) -> None:
         self._path = str(path)
         path.mkdir()
@@ -220,6 +233,8 @@ class _Archive(_Sink):
 
     The images are compressed already, so the archive is packed at the lowest level.
     """
+
+    ordered = True
 
     def __init__(self, path: Path, name: str) -> None:
         self._files = ExitStack()  # closes all, whichever of them finds the disk full

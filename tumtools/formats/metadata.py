@@ -68,12 +68,13 @@ class Metadata:
     row_order: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
 
-def gather(sequence: Sequence, places: Mapping[str, str]) -> Metadata:
+def gather(sequence: Sequence, places: Mapping[str, str], camera: str | None = None) -> Metadata:
     """Collect the metadata of a sequence.
 
     Args:
         sequence: What is written.
         places: Stream -> where the container keeps it.
+        camera: Name of the calibration that is written instead of the sequence's own.
 
     """
     info = sequence.info
@@ -86,7 +87,7 @@ def gather(sequence: Sequence, places: Mapping[str, str]) -> Metadata:
     orders = {stream: order_by_stamp(values) for stream, values in stamps.items()}
     return Metadata(
         name=info.name,
-        camera=info.camera,
+        camera=camera or info.camera,
         depth_units_per_metre=depth.depth_units_per_metre if depth else None,
         licence=info.licence,
         citation=info.citation,

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from tumtools.errors import InputError, UsageError
@@ -46,7 +47,7 @@ def load(
 
     """
     options = options or ReadOptions()
-    subject = Subject(str(source), str(source))
+    subject = Subject(str(source), str(source), salvage=options.salvage)
     try:
         path = locate(source)
         subject.path, subject.is_folder = str(path), path.is_dir()
@@ -81,12 +82,12 @@ def gather(source: str | Path, sequence: Sequence, path: Path) -> Subject:
 
 
 def _open(entry: registry.Format, path: Path, options: ReadOptions, subject: Subject) -> Sequence:
-    """Open a recording; a damaged one as far as it can be read."""
+    """Open a recording; a damaged one as far as it can be read, with the damage noted in any case."""
     try:
-        return entry.reader.open(path, options)
+        return entry.reader.open(path, replace(options, salvage=False))
     except InputError as error:
         _note(subject, error)
-        return entry.reader.open(path, ReadOptions(topics=options.topics, salvage=True))
+        return entry.reader.open(path, replace(options, salvage=True))
 
 
 def _note(subject: Subject, error: InputError) -> None:

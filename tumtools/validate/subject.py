@@ -94,6 +94,7 @@ class Subject:
         format: Name of its format; empty if unknown.
         info: Its header; None if it could not be opened.
         damage: What could not be read, in the order found.
+        salvage: Damage is known and only warned of.
         unclear: Why it is not clear which topics are the streams; then it could not be opened.
         texts: Text files by stream (format tum).
         sizes: Size of each file that is there, by name (format tum); None for others.
@@ -114,6 +115,7 @@ class Subject:
     format: str = ""
     info: SequenceInfo | None = None
     damage: list[InputError] = field(default_factory=list)
+    salvage: bool = False
     unclear: UsageError | None = None
     texts: Mapping[str, TextFile] = field(default_factory=dict)
     sizes: Mapping[str, int] | None = None

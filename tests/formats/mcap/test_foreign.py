@@ -139,8 +139,8 @@ def test_streams_whose_clocks_disagree_are_not_kept_in_memory(tmp_path: Path) ->
         frames = list(sequence.images())
         assert [frame.stream for frame in frames] == ["depth"] * 100 + ["rgb"] * 100
         assert [frame.row for frame in frames] == [*range(100), *range(100)]
-        assert sequence._most_waiting(["rgb", "depth"]) > 50
-        assert sequence._most_waiting(["rgb"]) == 0
+        assert sequence._images.most_waiting(["rgb", "depth"]) > 50
+        assert sequence._images.most_waiting(["rgb"]) == 0
 
 
 def test_several_candidates_are_an_error_that_lists_them(tmp_path: Path) -> None:

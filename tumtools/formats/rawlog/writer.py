@@ -338,7 +338,7 @@ def _notes(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> comme
         if options.camera in CAMERAS and image.width
     }
     return comment.Notes(
-        metadata=metadata.gather(sequence, places),
+        metadata=metadata.gather(sequence, places, options.camera),
         dialect=dialect.name,
         counts=counts,
         frame_ids=dict(info.frame_ids),

@@ -21,7 +21,7 @@ from tumtools.model.signals import Accelerometer, Trajectory
 from tumtools.model.time import join_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from contextlib import AbstractContextManager
 
     import numpy.typing as npt
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 _BATCH: Final = 2048
 _STAMP_OFFSET: Final = 4
 """Of the header's stamp: behind the representation in CDR, behind the sequence number in ROS 1."""
+_BEHIND_STAMP: Final = _STAMP_OFFSET + 8
 _STAMPS: Final = {"cdr": struct.Struct("<iI"), "ros1": struct.Struct("<II")}
 _BIG_ENDIAN_STAMP: Final = struct.Struct(">iI")
 
@@ -153,6 +154,7 @@ class Gathered:
         tree: Transforms that the ground truth of a foreign recording is composed from.
         times: Image stream -> log times and header stamps, of foreign recordings.
         other_frames: Image stream -> messages whose frame id is not that of the first.
+        other_cameras: Image stream -> messages of CameraInfo that differ from the first, if there are any.
 
     """
 
@@ -162,6 +164,7 @@ class Gathered:
     tree: TransformTree = field(default_factory=TransformTree)
     times: dict[str, Times] = field(default_factory=dict)
     other_frames: dict[str, int] = field(default_factory=dict)
+    other_cameras: dict[str, int] = field(default_factory=dict)
 
 
 class _StampCollector:
@@ -191,9 +194,34 @@ class _StampCollector:
         return table[:, 0].copy(), table[:, 1].copy()
 
 
+class _ConstantCollector:
+    """Counts messages that differ from the first in more than their stamp.
+
+    Attributes:
+        others: How many do.
+
+    """
+
+    def __init__(self) -> None:
+        self._first: bytes | None = None
+        self.others = 0
+
+    def add(self, message: RawMessage) -> None:
+        rest = message.data[_BEHIND_STAMP:]
+        if self._first is None:
+            self._first = bytes(rest)
+        self.others += rest != self._first
+
+    def flush(self) -> None:
+        """Do nothing: nothing waits."""
+
+
+_AnyCollector = Collector | _StampCollector | _ConstantCollector
+
+
 def _frame_id(message: RawMessage) -> bytes:
     """Return the header's frame id, which follows its stamp in both encodings, without decoding the rest."""
-    start = _STAMP_OFFSET + 8
+    start = _BEHIND_STAMP
     order = ">" if message.channel.encoding == "cdr" and not message.data[1] & 1 else "<"
     if len(message.data) < start + 4:
         return b""
@@ -210,7 +238,7 @@ def gather(
     bodies: frozenset[str],
     stamps: bool,
 ) -> Gathered:
-    """Read the signals, and the header stamps of images if they are wanted.
+    """Read the signals, and of images the header stamps and the constancy of their CameraInfo if wanted.
 
     Args:
         recording: Is read once.
@@ -218,7 +246,7 @@ def gather(
         type_of: Gives the codec of a channel.
         named: Puts the channel and the log time into errors.
         bodies: Frames whose own transforms are the ground truth.
-        stamps: Whether the header stamps of images are wanted.
+        stamps: Whether header stamps and calibrations of images are looked at.
 
     Raises:
         InputError: A message does not fit its definition.
@@ -229,6 +257,7 @@ def gather(
     if stamps:
         images = {resolution.channels[stream] for stream in IMAGE_STREAMS if stream in resolution.channels}
         collectors |= {channel.id: _StampCollector() for channel in images}
+        collectors |= {channel.id: _ConstantCollector() for channel in resolution.infos.values()}
     wanted = [channel for channel in recording.channels if channel.id in collectors]
     for message in recording.messages(wanted):
         try:
@@ -239,6 +268,11 @@ def gather(
     for channel in wanted:
         with named(channel, None):
             collectors[channel.id].flush()
+    _take_results(result, resolution, collectors)
+    return result
+
+
+def _take_results(result: Gathered, resolution: Resolution, collectors: Mapping[int, _AnyCollector]) -> None:
     for stream, channel in resolution.channels.items():
         collector = collectors.get(channel.id)
         if isinstance(collector, _StampCollector):
@@ -248,7 +282,10 @@ def gather(
             result.accelerometer = collector.result()
         elif isinstance(collector, PoseCollector):
             result.poses, result.frame_id = collector.result(), collector.frame_id
-    return result
+    for stream, channel in resolution.infos.items():
+        collector = collectors.get(channel.id)
+        if isinstance(collector, _ConstantCollector) and collector.others:
+            result.other_cameras[stream] = collector.others
 
 
 def _collectors(
@@ -256,10 +293,10 @@ def _collectors(
     type_of: Callable[[Channel], MessageType],
     tree: TransformTree,
     bodies: frozenset[str],
-) -> dict[int, Collector | _StampCollector]:
+) -> dict[int, _AnyCollector]:
     """Return what takes the messages of the signals, by channel."""
     channels = resolution.channels
-    result: dict[int, Collector | _StampCollector] = {
+    result: dict[int, _AnyCollector] = {
         channel.id: TransformCollector(type_of(channel), tree) for channel in resolution.transforms
     }
     if "accelerometer" in channels:
@@ -277,7 +314,7 @@ def header_stamp(message: RawMessage) -> int:
 
     """
     data = message.data
-    if len(data) < _STAMP_OFFSET + 8:
+    if len(data) < _BEHIND_STAMP:
         raise InputError("a message that is too short for a header")
     kind = _STAMPS[message.channel.encoding]
     if message.channel.encoding == "cdr" and not data[1] & 1:

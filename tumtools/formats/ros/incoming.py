@@ -7,7 +7,7 @@ from __future__ import annotations
 import heapq
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -19,6 +19,7 @@ from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.gather import Gathered, Times, gather, header_stamp
 from tumtools.formats.ros.images import image_of_message
 from tumtools.formats.ros.layouts import KNOWN_FRAMES, LAYOUTS
+from tumtools.formats.ros.order import ImageOrder
 from tumtools.formats.ros.tf import TransformTree, find_path
 from tumtools.formats.ros.topics import loss_of, resolve
 from tumtools.model.camera import ROS_DEFAULT, CameraInfo, calibration, camera_of_name
@@ -60,6 +61,10 @@ class RosSequence(Sequence):
         name: What to call it if it does not say so itself.
         options: How to read it.
 
+    Attributes:
+        other_cameras: Image stream -> messages of CameraInfo that differ from the first, where there are any
+            in a foreign recording.
+
     Raises:
         UsageError: The topics asked for do not fit, or several could be meant.
         InputError: The recording is damaged.
@@ -89,21 +94,29 @@ class RosSequence(Sequence):
         found = gather(
             recording, self._resolution, self._type, self._named, bodies=_BODIES, stamps=self._meta is None
         )
-        self._times = found.times or self._logged()
+        times = found.times or self._logged()
         why = "a sequence has one coordinate frame for each stream, that of its first message"
         self._unused += [
             Loss(stream, "frame ids of single messages", count, why)
             for stream, count in found.other_frames.items()
             if count
         ]
-        images = {stream: self._counted(stream, info) for stream, info in images.items()}
+        self.other_cameras = found.other_cameras
+        why = "a sequence has one calibration for each image stream, that of its first message"
+        self._unused += [
+            Loss(stream, "calibrations that differ from the first", count, why, alters_data=False)
+            for stream, count in found.other_cameras.items()
+        ]
+        images = {stream: _counted(info, times.get(stream)) for stream, info in images.items()}
         if found.accelerometer is not None:
             order = self._to_file_order("accelerometer", found.accelerometer.stamps)
             self.accelerometer = found.accelerometer.take(order)
         elif "accelerometer" in places:
             self.accelerometer = Accelerometer.empty()
         self.groundtruth = self._groundtruth(found, expected="groundtruth" in places)
-        self._rows = self._file_rows()
+        self._images = ImageOrder(
+            times, {stream: self._file_rows(stream, times[stream][1]) for stream in times}
+        )
         text = self._text_layouts()
         meta_camera = self._meta.camera if self._meta else None
         camera = meta_camera or (None if self._meta else camera_of_name(name))
@@ -145,7 +158,7 @@ class RosSequence(Sequence):
 
     def times(self, stream: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Return header stamps and log times of an image stream, in order of log time."""
-        return self._log_stamps[stream], self._recording.log_times(self._channels[stream])
+        return self._images.times[stream][1], self._recording.log_times(self._channels[stream])
 
     @contextmanager
     def _named(self, channel: Channel | None = None, stamp: int | None = None) -> Iterator[None]:
@@ -173,10 +186,6 @@ class RosSequence(Sequence):
         streams = [stream for stream in IMAGE_STREAMS if stream in self._channels]
         logged = {stream: self._recording.log_times(self._channels[stream]) for stream in streams}
         return {stream: (times, times) for stream, times in logged.items()}
-
-    def _counted(self, stream: str, info: ImageStreamInfo) -> ImageStreamInfo:
-        count = len(self._times[stream][0]) if stream in self._times else 0
-        return replace(info, count=count, nbytes=info.nbytes * count)
 
     def _groundtruth(self, found: Gathered, *, expected: bool) -> Trajectory | None:
         poses = found.poses
@@ -307,27 +316,15 @@ class RosSequence(Sequence):
                 )
         return layouts
 
-    @cached_property
-    def _log_stamps(self) -> dict[str, npt.NDArray[np.int64]]:
-        """Header stamps of the image streams in order of log time."""
-        return {stream: stamps for stream, (_, stamps) in self._times.items()}
-
-    def _file_rows(self) -> dict[str, npt.NDArray[np.intp]]:
+    def _file_rows(self, stream: str, stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
         """Return for each message of an image stream, in order of log time, its row in file order."""
-        rows = {}
-        for stream, stamps in self._log_stamps.items():
-            by_stamp = np.argsort(stamps, kind="stable")
-            rows[stream] = np.empty(len(stamps), np.intp)
-            rows[stream][by_stamp] = self._file_order(stream, len(stamps))
+        rows = np.empty(len(stamps), np.intp)
+        rows[np.argsort(stamps, kind="stable")] = self._file_order(stream, len(stamps))
         return rows
 
     def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
         """Return the header stamps, in file order where that is known, else sorted."""
-        if stream not in self._log_stamps:
-            return np.empty(0, np.int64)
-        stamps = np.empty_like(self._log_stamps[stream])
-        stamps[self._rows[stream]] = self._log_stamps[stream]
-        return stamps
+        return self._images.in_file_order(stream)
 
     def images(
         self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
@@ -337,31 +334,19 @@ class RosSequence(Sequence):
         Messages that were recorded out of order wait until their turn comes. Streams whose clocks disagree
         so much that many would wait are read each on its own.
         """
-        wanted = [s for s in self._log_stamps if streams is None or s in streams]
-        if self._most_waiting(wanted) <= _MAX_WAITING:
+        wanted = [s for s in self._images.times if streams is None or s in streams]
+        if self._images.most_waiting(wanted) <= _MAX_WAITING:
             return self._frames(wanted, start, end)
         return heapq.merge(*(self._frames([stream], start, end) for stream in wanted), key=frame_order)
 
-    def _most_waiting(self, streams: list[str]) -> int:
-        """Return how many messages of the streams wait at most when they are read together."""
-        if not streams:
-            return 0
-        logged = np.concatenate([self._times[stream][0] for stream in streams])
-        stamps = np.concatenate([self._times[stream][1] for stream in streams])
-        arrival = np.empty(len(stamps), np.intp)
-        arrival[np.argsort(logged, kind="stable")] = np.arange(len(stamps))
-        leaves_after = np.maximum.accumulate(arrival[np.lexsort((logged, stamps))])
-        gone = np.searchsorted(leaves_after, np.arange(len(stamps)), side="right")
-        return int((np.arange(len(stamps)) + 1 - gone).max(initial=0))
-
     def _frames(self, streams: list[str], start: int | None, end: int | None) -> Iterator[Frame]:
-        chosen = self._chosen(streams, start, end)
+        chosen, times = self._images.chosen(streams, start, end), self._images.times
         if not chosen:
             return
-        logged = [int(self._times[stream][0][position]) for stream, position in chosen]
+        logged = [int(times[stream][0][position]) for stream, position in chosen]
         first, last = min(logged), max(logged)
         names = {self._channels[stream].id: stream for stream in streams}
-        positions = {stream: int(np.searchsorted(self._times[stream][0], first)) for stream in streams}
+        positions = {stream: int(np.searchsorted(times[stream][0], first)) for stream in streams}
         ranks = {key: rank for rank, key in enumerate(chosen)}
         waiting: list[tuple[int, Frame]] = []
         due = 0
@@ -372,30 +357,18 @@ class RosSequence(Sequence):
             rank = ranks.get((stream, position))
             if rank is None:
                 continue
-            stamp = int(self._log_stamps[stream][position])
+            stamp = int(times[stream][1][position])
             with self._named(message.channel, message.log_time):
                 if header_stamp(message) != stamp:
                     raise InputError(
                         f"the header says {header_stamp(message)} ns, the recording {message.log_time} ns"
                     )
-            row = int(self._rows[stream][position])
+            row = int(self._images.rows[stream][position])
             load = partial(self._load, stream, message)
             heapq.heappush(waiting, (rank, Frame(stream, stamp, row, load, self._frame_ids.get(stream))))
             while waiting and waiting[0][0] == due:
                 yield heapq.heappop(waiting)[1]
                 due += 1
-
-    def _chosen(self, wanted: list[str], start: int | None, end: int | None) -> list[tuple[str, int]]:
-        """Return (stream, position in order of log time) of the images in the order to yield them."""
-        keys = [
-            (stamp, IMAGE_STREAMS.index(stream), row, position)
-            for stream in wanted
-            for position, (stamp, row) in enumerate(
-                zip(self._log_stamps[stream].tolist(), self._rows[stream].tolist(), strict=True)
-            )
-            if (start is None or stamp >= start) and (end is None or stamp <= end)
-        ]
-        return [(IMAGE_STREAMS[stream], position) for _, stream, _, position in sorted(keys)]
 
     def _load(self, stream: str, message: RawMessage) -> Image:
         with self._named(message.channel, message.log_time):
@@ -407,3 +380,9 @@ class RosSequence(Sequence):
     def close(self) -> None:
         """Close the recording."""
         self._recording.close()
+
+
+def _counted(info: ImageStreamInfo, times: Times | None) -> ImageStreamInfo:
+    """Return what is known of a stream of whose images only the first has been looked at."""
+    count = 0 if times is None else len(times[0])
+    return replace(info, count=count, nbytes=info.nbytes * count)

@@ -51,6 +51,7 @@ class RecordingFacts:
         cameras: The first CameraInfo of each image stream; None where there is none.
         old_definitions: Topics of CameraInfo in CDR whose definition has the field names of ROS 1.
         times: Of each image stream with messages.
+        other_cameras: Image stream -> messages of CameraInfo that differ from the first, if there are any.
 
     """
 
@@ -58,6 +59,7 @@ class RecordingFacts:
     cameras: dict[str, CameraInfo | None]
     old_definitions: tuple[str, ...]
     times: dict[str, TimeFacts]
+    other_cameras: dict[str, int]
 
 
 def inspect(sequence: RosSequence) -> RecordingFacts:
@@ -82,6 +84,7 @@ def inspect(sequence: RosSequence) -> RecordingFacts:
             if channel.encoding == "cdr" and _ROS1_FIELD.search(channel.definition)
         ),
         times={stream: _times(sequence, stream) for stream in cameras if sequence.info.images[stream].count},
+        other_cameras=sequence.other_cameras,
     )
 
 

@@ -150,7 +150,7 @@ def outgoing(sequence: Sequence, style: Style) -> Outgoing:
         if style.groundtruth in {"pose", "both"}:
             add("groundtruth", topics["groundtruth"], messages.POSE_STAMPED)
     _check_topics(channels)
-    kept = metadata.gather(sequence, places)
+    kept = metadata.gather(sequence, places, style.options.camera)
     if style.depth_encoding != "png":
         kept = replace(kept, depth_units_per_metre=None)  # the message says it
     strings = metadata.to_strings(kept)

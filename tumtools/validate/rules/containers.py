@@ -31,7 +31,10 @@ _SATURATED: Final = 60_000
     Severity.ERROR,
     title="The archive or recording is damaged.",
     why="What comes after the damage is lost, and other readers may end there without a word.",
-    how="Structure, lengths, indexes and checksums are checked while it is read.",
+    how=(
+        "Structure, lengths, indexes and checksums are checked while it is read. With `--salvage` damage is "
+        "a warning, as long as the recording can be opened."
+    ),
     mend="Get it again; `tumtools convert --salvage` saves what stands before the damage.",
 )
 def container_damaged(subject: Subject, limits: Limits) -> Iterator[Found]:
@@ -43,7 +46,11 @@ def container_damaged(subject: Subject, limits: Limits) -> Iterator[Found]:
         where = f" ({error.location})" if error.location else ""
         saved = sum(len(frames) for frames in subject.frames.values())
         rest = f"; {saved} images could be read" if saved else ""
-        yield Found(f"{error.message}{where}{rest}", NOWHERE, error.hint or "")
+        message = f"{error.message}{where}{rest}"
+        if subject.salvage and subject.info is not None:
+            yield Found(message, severity=Severity.WARNING)
+        else:
+            yield Found(message, NOWHERE, error.hint or "")
 
 
 @rule(
@@ -146,11 +153,11 @@ def depth_encoding(subject: Subject, limits: Limits) -> Iterator[Found]:
     "TUM705",
     "camera-info",
     Severity.ERROR,
-    title="The camera's calibration is missing or cannot be right.",
+    title="The camera's calibration is missing, changes, or cannot be right.",
     why="Nothing can be projected without it; a calibration of another image size is off by its ratio.",
     how=(
         "Each image stream of a ROS recording needs a CameraInfo of its size, with a plausible "
-        "K, in ROS 2 spelling."
+        "K, in ROS 2 spelling. In recordings of other programs all messages are compared with the first."
     ),
     mend="Convert with `--camera`.",
 )
@@ -172,6 +179,14 @@ def camera_info(subject: Subject, limits: Limits) -> Iterator[Found]:
             )
         elif problem:
             yield Found(problem, Place(stream=stream))
+    for stream, count in subject.recording.other_cameras.items():
+        yield Found(
+            f"{count} messages of CameraInfo differ from the first; a sequence has one calibration",
+            Place(stream=stream),
+            measured=str(count),
+            expected="0",
+            severity=Severity.WARNING,
+        )
     for topic in subject.recording.old_definitions:
         yield Found(
             f"the definition of {topic} names its fields D, K, R, P as ROS 1 does; readers of "

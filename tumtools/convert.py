@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from tumtools.errors import InputError, InternalError, LossRefusedError, UsageError
 from tumtools.formats import registry
 from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions, no_progress
-from tumtools.model.sequence import sum_losses
+from tumtools.model.sequence import streams_of, sum_losses
 from tumtools.replaceable import refuse_irreplaceable
 from tumtools.staging import refuse_existing, staged
 from tumtools.transform import (
@@ -44,6 +44,7 @@ class Report:
         warnings: What was assumed; those of the source are in its header.
         verified: Whether the result was read back and compared.
         dry_run: Whether nothing was written.
+        left_out: Streams that are not in the target because the options say so.
 
     """
 
@@ -56,6 +57,7 @@ class Report:
     warnings: tuple[str, ...]
     verified: bool
     dry_run: bool = False
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,8 @@ class ConvertOptions:
 def default_target(source: Path, to: str) -> Path:
     """Return a name beside the source for its conversion."""
     target = registry.get(to)
-    path = source.resolve()
+    # Where the user sees it, not what a link leads to.
+    path = source.resolve() if source.name == ".." else source.absolute()
     stem = path.name
     for suffix in registry.CONTAINER_SUFFIXES:
         if path.is_file() and stem.endswith(suffix):
@@ -144,6 +147,7 @@ def convert(
         losses=_merge(sequence.info.not_carried, plan.losses),
         warnings=plan.warnings,
         verified=False,
+        left_out=tuple(name for name in streams_of(sequence) if name not in streams_of(prepared)),
     )
     refuse_existing(target, force=options.force)
     if options.force:

@@ -41,15 +41,15 @@ def test_the_report_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_the_report_for_people(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["convert", str(folder), "--to", "mcap"]) == 0
     captured = capsys.readouterr()
-    assert captured.out == ""
-    assert "8 images" in captured.err
-    assert "nothing lost" in captured.err
+    assert captured.err == ""
+    assert "8 images" in captured.out
+    assert captured.out.endswith("nothing lost\n")
 
 
 def test_losses_are_a_table_on_stdout(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["convert", str(folder), "--to", "mcap", "--depth-encoding", "16UC1"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("lost:\n")
+    assert "\nlost:\n" in out
     assert "0.0004 m" in out
 
 
@@ -62,6 +62,54 @@ def test_a_dry_run_tells_on_stdout_and_writes_nothing(
     assert out.startswith(f"would write {folder}.mcap: 8 images")
     assert "about" in out
     assert files_of(folder.parent) == before
+    assert run(["convert", str(folder), "--to", "mcap", "--dry-run", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["bytes_estimated"] is True
+
+
+def test_what_was_left_out_as_asked_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for number, (options, left_out) in enumerate(
+        [
+            (["--groundtruth", "none"], ["groundtruth"]),
+            (["--streams", "rgb,depth,accelerometer"], ["groundtruth"]),
+            (["--streams", "rgb", "--groundtruth", "none"], ["depth", "accelerometer", "groundtruth"]),
+        ]
+    ):
+        target = str(folder.parent / f"{number}.mcap")
+        assert run(["convert", str(folder), target, "--to", "mcap", *options]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[1:] == [f"left out as asked: {', '.join(left_out)}", "nothing else lost"]
+        assert run(["convert", str(folder), target, "--to", "mcap", *options, "--force", "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["left_out"] == left_out
+
+
+def test_a_missing_image_is_told_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    min((folder / "rgb").iterdir()).unlink()
+    assert run(["convert", str(folder), "--to", "mcap"]) == 4
+    captured = capsys.readouterr()
+    assert captured.err.count("there is no image") == 1
+    assert captured.err.startswith("error: ")
+
+
+def test_a_topic_or_frame_for_a_stream_that_is_not_there_is_warned_of(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["convert", str(folder), "--to", "mcap", "--streams", "rgb", "--topic", "rgb=/my/camera"]
+    assert run([*arguments, "--topic", "ir=/x", "--frame-id", "depth=lens"]) == 0
+    err = capsys.readouterr().err
+    assert "--topic ir=/x has no effect: there is no ir to write" in err
+    assert "--frame-id depth=lens has no effect" in err
+    assert "/my/camera" not in err
+
+
+def test_a_link_has_its_result_beside_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = folder.parent / "here"
+    here.mkdir()
+    (here / "link").symlink_to(folder)
+    monkeypatch.chdir(here)
+    for source in ("link", "link/.", "link/"):
+        assert run(["convert", source, "--to", "mcap", "--force"]) == 0
+        assert (here / "link.mcap").is_file()
+        assert not folder.with_suffix(".mcap").exists()
 
 
 def test_strict_is_exit_3(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,6 +57,39 @@ def test_an_incomplete_sequence_is_described_with_what_is_missing(
     assert warning.endswith("4 of 4 are missing")
 
 
+@pytest.mark.parametrize(
+    ("to", "accelerometer", "groundtruth"),
+    [
+        ("tum", "accelerometer.txt", "groundtruth.txt"),
+        ("mcap", "/imu", "/groundtruth/pose"),
+        ("rosbag1", "/imu", "/tf"),
+        ("rawlog", "KINECT_ACC", "groundtruth.txt"),
+    ],
+)
+def test_where_the_signals_come_from_is_told(
+    to: str, accelerometer: str, groundtruth: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["convert", str(FIXTURES / "full"), str(tmp_path / "x"), "--to", to]) == 0
+    capsys.readouterr()
+    assert run(["info", str(tmp_path / "x"), "--json"]) == 0
+    streams = json.loads(capsys.readouterr().out)["streams"]
+    assert streams["accelerometer"]["source"] == accelerometer
+    assert streams["groundtruth"]["source"] == groundtruth
+
+
+def test_what_the_catalogue_knows_of_a_sequence_is_repeated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "groundtruth.txt"
+    text = "# ground truth trajectory\n# file: '{}.bag'\n# timestamp tx ty tz qx qy qz qw\n1 0 0 0 0 0 0 1\n"
+    for name, known in (("rgbd_dataset_freiburg2_desk", True), ("my_own", False)):
+        path.write_text(text.format(name))
+        assert run(["info", str(path)]) == 0
+        assert ("note: ground truth" in capsys.readouterr().out) == known
+        assert run(["info", str(path), "--json"]) == 0
+        assert bool(json.loads(capsys.readouterr().out)["notes"]) == known
+
+
 def test_lists_without_rows_are_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "rgb.txt").write_text("")
     (tmp_path / "groundtruth.txt").write_text("# nothing yet\n")

@@ -104,6 +104,39 @@ def test_vv_shows_where_an_error_arose(capsys: pytest.CaptureFixture[str]) -> No
     assert "Traceback" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["info", "/nowhere/at/all", "-vv"],
+        ["info", "-v", "/nowhere/at/all", "--verbose"],
+        ["-v", "info", "-v", "/nowhere/at/all"],
+        ["evaluate", "ate", "/nowhere/at/all", "/nowhere/at/all", "-vv"],
+        ["cache", "-vv", "prune", "--nonsense"],
+    ],
+)
+def test_verbosity_may_stand_behind_the_command(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(arguments) in {2, 4}
+    assert ("Traceback" in capsys.readouterr().err) == ("--nonsense" not in arguments)
+    assert run(["info", "/nowhere/at/all"]) == 4
+    assert "Traceback" not in capsys.readouterr().err  # it holds for one run
+
+
+@pytest.mark.parametrize("place", [0, 1, 4])
+def test_quiet_leaves_results_and_losses(
+    place: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["convert", str(FULL), str(tmp_path / "x.mcap"), "--to=mcap"]
+    assert run([*arguments[:place], "-q", *arguments[place:]]) == 0
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", "")
+    assert run([*arguments, "--depth-encoding=16UC1", "--force", "-q"]) == 0
+    assert capsys.readouterr().out.startswith("lost:")
+    assert run([*arguments, "--force", "-v"]) == 0
+    assert "took" in capsys.readouterr().err
+
+
 def test_a_reader_of_the_pipe_that_goes_away_is_no_error() -> None:
     pipe = f"set -o pipefail; {sys.executable} -m tumtools digest --deep {FULL} | head -1"
     done = subprocess.run(["bash", "-c", pipe], capture_output=True, text=True, check=True)

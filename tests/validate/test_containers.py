@@ -12,7 +12,7 @@ import pytest
 from mcap.writer import Writer
 
 from tumtools.convert import ConvertOptions, convert
-from tumtools.formats.options import WriteOptions
+from tumtools.formats.options import ReadOptions, WriteOptions
 from tumtools.formats.ros.inspection import RecordingFacts, TimeFacts
 from tumtools.model.camera import CameraInfo, calibration
 from tumtools.model.image import Image
@@ -127,6 +127,33 @@ def test_the_time_of_recording_may_lag_a_little(milliseconds: float, severity: S
 def test_calibrations_that_cannot_be_right_are_found(camera: CameraInfo | None, severity: Severity) -> None:
     (finding,) = _found(_recorded(cameras={"rgb": camera}))
     assert (finding.code, finding.severity) == ("TUM705", severity)
+
+
+def test_a_calibration_that_changes_is_warned_of() -> None:
+    (finding,) = _found(_recorded(other_cameras={"rgb": 3}))
+    assert (finding.code, finding.severity, finding.measured) == ("TUM705", Severity.WARNING, "3")
+
+
+def test_damage_that_is_known_is_a_warning(tmp_path: Path) -> None:
+    path = _convert(tmp_path, "mcap", "a.mcap")
+    path.write_bytes(path.read_bytes()[:-100])
+    (error,) = (f for f in validate(path).findings if f.code == "TUM701")
+    (known,) = (f for f in validate(path, options=ReadOptions(salvage=True)).findings if f.code == "TUM701")
+    assert (error.severity, known.severity) == (Severity.ERROR, Severity.WARNING)
+    assert "--salvage" in error.hint
+    assert not known.hint
+
+
+def test_damage_is_reported_once_and_not_its_consequences(tmp_path: Path) -> None:
+    path = _convert(tmp_path, "rosbag2", "a")
+    for file in path.glob("*.db3"):
+        file.unlink()
+    assert [finding.code for finding in validate(path).findings] == ["TUM001"]
+    (path / "metadata.yaml").write_text("}{")
+    assert [finding.code for finding in validate(path).findings] == ["TUM701"]
+    cut = _convert(tmp_path, "mcap", "b.mcap")
+    cut.write_bytes(cut.read_bytes()[:3000])
+    assert {finding.code for finding in validate(cut).findings} == {"TUM701"}
 
 
 def test_definitions_in_the_spelling_of_ros_1_are_found() -> None:

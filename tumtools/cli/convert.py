@@ -96,17 +96,15 @@ def command(
         path = Path(path.name)  # the sequence of a name lies in the cache, where nobody looks for results
     refuse_source(place, path)
     write_options = _write_options(format_options)
-    read_options = options.make_read_options(topics, salvage)
+    read_options = options.make_read_options(topics, salvage, streams=streams)
     if not dry_run:
         # Where the target goes there is room for as much as the source holds, or else no target.
         scratch = next(parent for parent in path.absolute().parents if parent.is_dir())
         read_options = replace(read_options, scratch=scratch)
-    with open_source(source, read_options) as sequence:
+    with open_source(source, read_options) as sequence, output.warnings(sequence.info.warnings):
         if sequence.info.format == "tum":
             # A folder has no topics to choose from: the option names those to write.
             write_options = replace(write_options, topics=read_options.topics)
-        for text in sequence.info.warnings:
-            output.warning(text)
         selection = options.make_selection(sequence, start, end, every, streams)
         convert_options = ConvertOptions(selection, strict, verify, force, dry_run, digest)
         frames = sum(info.count for info in sequence.info.images.values())

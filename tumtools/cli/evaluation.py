@@ -52,7 +52,9 @@ def read_trajectory(
     if positions is not None:
         return positions
     try:
-        with open_source(source, ReadOptions(topics={"groundtruth": topic} if topic else {})) as sequence:
+        with open_source(
+            source, ReadOptions({"groundtruth": topic} if topic else {}, streams=frozenset({"groundtruth"}))
+        ) as sequence:
             trajectory = sequence.groundtruth
     except TumtoolsError as error:
         # Other commands take the topics of several streams.

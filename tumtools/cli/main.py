@@ -9,12 +9,14 @@ import signal
 import sys
 from importlib import import_module
 from io import TextIOWrapper
+from time import perf_counter
 from typing import Final, NoReturn, cast
 
 import click
 
 from tumtools import __version__
 from tumtools.cli import output
+from tumtools.cli.verbosity import offer, verbosity_options
 from tumtools.errors import InternalError, OutputError, TumtoolsError, UsageError
 
 COMMANDS: Final[dict[str, str]] = {
@@ -56,7 +58,7 @@ class _LazyGroup(click.Group):
         del ctx
         if cmd_name not in COMMANDS:
             return None
-        return cast("click.Command", import_module(f"tumtools.cli.{cmd_name}").command)
+        return offer(cast("click.Command", import_module(f"tumtools.cli.{cmd_name}").command))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
@@ -67,14 +69,15 @@ class _LazyGroup(click.Group):
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="tumtools", message="%(prog)s %(version)s")
-@click.option("-v", "--verbose", count=True, help="Say more; twice shows where an error arose.")
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but results and errors.")
-def cli(verbose: int, quiet: bool) -> None:
+def cli() -> None:
     """Get, check, convert, measure and re-export RGB-D sequences of the TUM RGB-D benchmark's layout.
 
-    SOURCE is a path in any format, or the name of a sequence of the benchmark.
+    SOURCE is a path in any format, or the name of a sequence of the benchmark. -v and -q may stand before the
+    command or behind it. Results go to stdout, everything else to stderr.
     """
-    output.verbosity = -1 if quiet else verbose
+
+
+cli.params.extend(verbosity_options())
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
@@ -89,9 +92,13 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 
 def run(arguments: list[str] | None = None) -> int:
     """Run the program and return its exit code."""
+    output.verbosity = 0
+    begin = perf_counter()
     try:
         code = cli.main(args=arguments, prog_name="tumtools", standalone_mode=False)
         sys.stdout.flush()
+        if output.verbosity > 0:
+            output.message(f"took {perf_counter() - begin:.2f} s")
     except click.ClickException as error:
         error.show()
         return UsageError.exit_code

@@ -91,11 +91,18 @@ def parse_pairs(pairs: tuple[str, ...], option: str) -> dict[str, str]:
     return result
 
 
-def make_read_options(topics: tuple[str, ...], salvage: bool, *, lenient: bool = False) -> ReadOptions:
-    """Build the options of reading."""
+def make_read_options(
+    topics: tuple[str, ...], salvage: bool, *, lenient: bool = False, streams: str | None = None
+) -> ReadOptions:
+    """Build the options of reading; `streams` are the names of those that are wanted."""
     from tumtools.formats.options import ReadOptions
 
-    return ReadOptions(topics=parse_pairs(topics, "--topic"), salvage=salvage, lenient=lenient)
+    wanted = None if streams is None else frozenset(_split(streams))
+    return ReadOptions(parse_pairs(topics, "--topic"), salvage, lenient, wanted)
+
+
+def _split(names: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in names.split(","))
 
 
 def path_or_none(value: str | None) -> Path | None:
@@ -121,5 +128,4 @@ def make_selection(
     """
     from tumtools.transform import parse_selection
 
-    names = None if streams is None else tuple(name.strip() for name in streams.split(","))
-    return parse_selection(sequence, start, end, every, names)
+    return parse_selection(sequence, start, end, every, None if streams is None else _split(streams))

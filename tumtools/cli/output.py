@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from tumtools.errors import TumtoolsError
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
@@ -69,6 +71,25 @@ def warning(text: str) -> None:
     """Warn on stderr."""
     if verbosity >= 0:
         click.echo(style("warning: ", color="yellow") + text, err=True)
+
+
+@contextmanager
+def warnings(texts: Sequence[str]) -> Iterator[None]:
+    """Warn when the block has ended, but not of what it fails for."""
+    try:
+        yield
+    except TumtoolsError as failure:
+        texts = [text for text in texts if text not in str(failure)]
+        raise
+    finally:
+        for text in texts:
+            warning(text)
+
+
+def said(text: str) -> None:
+    """Say on stdout what was done, but not with --quiet."""
+    if verbosity >= 0:
+        click.echo(text)
 
 
 def error(text: str) -> None:

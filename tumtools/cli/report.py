@@ -24,7 +24,9 @@ def report_document(report: Report) -> dict[str, object]:
         "frames": report.frames,
         "rows": report.rows,
         "bytes": report.nbytes,
+        "bytes_estimated": report.dry_run,
         "verified": report.verified,
+        "left_out": list(report.left_out),
         "lossless": not report.losses,
         "losses": [loss_document(loss) for loss in report.losses],
         "warnings": list(report.warnings),
@@ -41,13 +43,15 @@ def print_report(report: Report) -> None:
     done = "would write" if report.dry_run else "wrote"
     about = "about " if report.dry_run else ""
     checked = ", read back and compared" if report.verified else ""
-    say = click.echo if report.dry_run else output.message  # a dry run has no other result
+    say = click.echo if report.dry_run else output.said  # a dry run has no other result
     say(
         f"{done} {report.target}: {report.frames} images, {report.rows} rows, "
         f"{about}{output.size(report.nbytes)}{checked}"
     )
+    if report.left_out:
+        say(f"left out as asked: {', '.join(report.left_out)}")
     if not report.losses:
-        say("nothing lost")
+        say("nothing else lost" if report.left_out else "nothing lost")
         return
     rows = [
         (

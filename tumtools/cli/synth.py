@@ -42,4 +42,4 @@ def command(target: str, frames: int, seed: int, camera: str, force: bool, jobs:
     how = ConvertOptions(verify=False, force=force)
     with output.progress_bar("synth", 2 * frames) as bar:
         report = convert(sequence, Path(target), "tum", WriteOptions(jobs=jobs), how, progress=bar)
-    output.message(f"wrote {report.target}: {report.frames} images, {output.size(report.nbytes)}")
+    output.said(f"wrote {report.target}: {report.frames} images, {output.size(report.nbytes)}")

@@ -24,6 +24,8 @@ class ReadOptions:
         salvage: Deliver what is readable of a damaged source before the damage, and warn, instead of
             failing.
         lenient: Leave streams out for which several topics could be meant, and warn, instead of failing.
+        streams: Those that are wanted; that several topics could be meant by another one is no failure then,
+            it is left out. None for all.
         scratch: A folder for a temporary file, for those who are going to read all images: a compressed
             archive is inflated once to a file without a name, if there is room. Without a folder or room
             it is inflated as often as the order of its members demands.
@@ -33,7 +35,12 @@ class ReadOptions:
     topics: Mapping[str, str] = field(default_factory=dict)
     salvage: bool = False
     lenient: bool = False
+    streams: frozenset[str] | None = None
     scratch: Path | None = None
+
+    def wants(self, stream: str) -> bool:
+        """Whether a stream is wanted."""
+        return self.streams is None or stream in self.streams
 
 
 @dataclass(frozen=True, slots=True)

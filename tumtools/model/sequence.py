@@ -116,6 +116,7 @@ class SequenceInfo:
         format: Name of the format that it was read from.
         camera: `fr1`, `fr2`, `fr3`, `ros-default`, or None if unknown.
         images: The image streams that are there, by name, in the order of `IMAGE_STREAMS`.
+        sources: The topic, sensor or file that ground truth and accelerations come from, by their names.
         text: Layout of the text file of each stream, where the source knew one.
         frame_ids: Coordinate frame of each stream, where the source names one.
         licence: Licence of the data, where known.
@@ -130,6 +131,7 @@ class SequenceInfo:
     format: str
     camera: str | None = None
     images: Mapping[str, ImageStreamInfo] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
     text: Mapping[str, TextLayout] = field(default_factory=dict)
     frame_ids: Mapping[str, str] = field(default_factory=dict)
     licence: str | None = None
@@ -221,3 +223,9 @@ class Sequence(ABC):
 def frame_order(frame: Frame) -> tuple[int, int, int]:
     """Sort key of frames: stamp, then stream, then row."""
     return frame.stamp, IMAGE_STREAMS.index(frame.stream), frame.row
+
+
+def streams_of(sequence: Sequence) -> tuple[str, ...]:
+    """Return the names of the streams that are there, in the order of `STREAMS`."""
+    signals = {"groundtruth": sequence.groundtruth, "accelerometer": sequence.accelerometer}
+    return tuple(name for name in STREAMS if name in sequence.info.images or signals.get(name) is not None)

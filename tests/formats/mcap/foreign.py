@@ -105,6 +105,15 @@ class Foreign:
         data = list(bytes(png_of(picture(stream, row))))
         self.write(topic, messages.COMPRESSED_IMAGE, stamp, late=late, format="png", data=data)
 
+    def calibration(self, topic: str, stamp: int, focal_length: float) -> None:
+        size = {"height": 6, "width": 8, "distortion_model": "plumb_bob", "binning_x": 0, "binning_y": 0}
+        roi = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}
+        k = [focal_length, 0.0, 4.0, 0.0, focal_length, 3.0, 0.0, 0.0, 1.0]
+        one, p = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0]
+        matrices = {"d": [0.0] * 5, "k": k, "r": one, "p": p}
+        as_in_ros1 = {name.upper(): value for name, value in matrices.items()}
+        self.write(topic, messages.CAMERA_INFO, stamp, roi=roi, **size, **matrices, **as_in_ros1)
+
     def imu(self, stamp: int, x: float, topic: str = "/imu/data") -> None:
         none = [0.0] * 9
         self.write(

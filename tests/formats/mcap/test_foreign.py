@@ -11,11 +11,13 @@ import pytest
 
 from tests.formats.mcap.foreign import WRITERS, Foreign
 from tests.memory import SECOND, START, full, picture
+from tumtools.cli.main import run
 from tumtools.convert import ConvertOptions, convert
 from tumtools.errors import InputError, LossRefusedError, UsageError
 from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.options import ReadOptions
 from tumtools.images.codec import canonical, pixels_of
+from tumtools.model.sequence import streams_of
 from tumtools.sources import open_source
 
 if TYPE_CHECKING:
@@ -248,6 +250,48 @@ def test_frame_ids_that_change_within_a_stream_are_a_loss(tmp_path: Path) -> Non
         assert (loss.stream, loss.what, loss.count) == ("rgb", "frame ids of single messages", 2)
         with pytest.raises(LossRefusedError):
             convert(sequence, tmp_path / "y.mcap", "mcap", options=ConvertOptions(strict=True))
+
+
+@pytest.mark.parametrize("encoding", ["cdr", "ros1"])
+def test_calibrations_that_change_within_a_stream_are_a_loss(
+    tmp_path: Path, encoding: MessageEncoding
+) -> None:
+    path = tmp_path / "x.mcap"
+    with Foreign(path, encoding) as file:
+        for row, stamp in enumerate(STAMPS):
+            file.image("/camera/color/image_raw", stamp, row)
+            file.calibration("/camera/color/camera_info", stamp, 500.0 + (row > 2))
+            file.image("/camera/depth/image_raw", stamp, row, encoding="16UC1")
+            file.calibration("/camera/depth/camera_info", stamp, 500.0)
+    with open_source(path) as sequence:
+        (loss,) = sequence.info.not_carried
+        assert (loss.stream, loss.count) == ("rgb", 2)
+        assert "calibrations" in loss.what
+        assert sequence.cameras["rgb"].k[0] == 500
+        with pytest.raises(LossRefusedError):
+            convert(sequence, tmp_path / "y.mcap", "mcap", options=ConvertOptions(strict=True))
+        convert(sequence, tmp_path / "y.mcap", "mcap")
+    with open_source(tmp_path / "y.mcap") as result:
+        assert result.info.not_carried == ()
+
+
+def test_what_is_not_wanted_need_not_be_clear(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    with Foreign(path) as file:
+        for row, stamp in enumerate(STAMPS):
+            file.image("/camera/color/image_raw", stamp, row)
+            file.image("/camera/other/image_raw", stamp, row)
+            file.imu(stamp, 1.0)
+            file.imu(stamp, 1.0, "/imu/other")
+            file.pose(stamp, float(row))
+    with open_source(path, ReadOptions(streams=frozenset({"groundtruth"}))) as sequence:
+        assert streams_of(sequence) == ("groundtruth",)
+        assert sequence.info.sources == {"groundtruth": "/mocap/pose"}
+        assert sequence.info.warnings == ()
+    with pytest.raises(UsageError, match="several topics could be accelerometer"):
+        open_source(path, ReadOptions(streams=frozenset({"groundtruth", "accelerometer"})))
+    assert run(["convert", str(path), str(tmp_path / "y"), "--to", "tum", "--streams", "groundtruth"]) == 0
+    assert run(["evaluate", "ate", str(path), str(tmp_path / "y" / "groundtruth.txt")]) == 0
 
 
 @pytest.mark.parametrize("to", ["tum", "mcap", "rosbag1", "rosbag2", "rawlog"])

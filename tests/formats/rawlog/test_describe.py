@@ -10,7 +10,7 @@ import pytest
 
 from tests.formats.rawlog import made
 from tests.formats.rawlog.made import FIRST, FRAME_NS, imu, opened, save, written
-from tumtools.cli import info
+from tumtools.cli import description, info
 from tumtools.formats.rawlog.describe import ClassCount, describe
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def test_a_damaged_file_is_described_up_to_the_damage(tmp_path: Path) -> None:
 
 def test_info_shows_it_as_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with opened(written(made.typical(), tmp_path)) as sequence:
-        document = info.describe("made", sequence)
+        document = description.describe("made", sequence)
         info._print(document)
     details = document["details"]
     assert isinstance(details, dict)

@@ -118,6 +118,22 @@ def test_the_calibration_is_that_of_the_camera(tmp_path: Path) -> None:
     assert _k(found, "ir") == calibration("fr1", "ir", info.width, info.height).k
 
 
+@pytest.mark.parametrize("to", ["mcap", "rosbag1", "rosbag2", "rawlog"])
+def test_the_camera_that_was_asked_for_is_the_one_that_is_named(tmp_path: Path, to: str) -> None:
+    convert(full(), tmp_path / "x", to)
+    for first, camera in ((tmp_path / "x", "fr2"), (tmp_path / "y-fr2", "fr3")):
+        target = tmp_path / f"y-{camera}"
+        with open_source(first) as sequence:
+            convert(sequence, target, to, WriteOptions(camera=camera))
+        with open_source(target) as result:
+            assert result.info.camera == camera
+            assert result.info.images["rgb"].width
+            assert all(
+                found == calibration(camera, stream, found.width, found.height)
+                for stream, found in result.cameras.items()
+            )
+
+
 def test_an_unknown_camera_is_said_to_be_unknown(tmp_path: Path) -> None:
     sequence = Memory({"rgb": [START]}, camera=None)
     report = convert(sequence, tmp_path / "x.mcap", "mcap")

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.errors import InputError, MissingInputError, UsageError
+from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.rawlog import comment, describe
 from tumtools.formats.rawlog.embedded import Embedded, pictures_in
 from tumtools.formats.rawlog.externals import Folder
+from tumtools.formats.rawlog.labels import choose_labels
 from tumtools.formats.rawlog.survey import Place, Survey, survey
 from tumtools.formats.tum.text import parse
 from tumtools.model.camera import camera_of_name
@@ -111,7 +112,7 @@ class RawlogSequence(Sequence):
         self._warnings: list[str] = []
         self._notes = self._read_notes(found)
         self._metadata = self._notes.metadata if self._notes else None
-        labels = self._choose_labels(found, options)
+        labels = choose_labels(path, found, options, self._warnings)
         places = [place for place in found.places if labels.get(place.picture.stream) == place.picture.label]
         self._entries = self._make_entries(places)
         self._stamps = {
@@ -147,29 +148,6 @@ class RawlogSequence(Sequence):
                 "original stamps, header lines and decimals are those of the rawlog"
             )
             return None
-
-    def _choose_labels(self, found: Survey, options: ReadOptions) -> dict[str, str]:
-        """Choose the sensor of each stream.
-
-        Raises:
-            UsageError: Several fit, or the one that was asked for is not there.
-
-        """
-        chosen = {}
-        for stream, labels in found.candidates().items():
-            listed = ", ".join(f"{label!r} ({count})" for label, count in labels.items())
-            asked = options.topics.get(stream)
-            if asked is not None and asked not in labels:
-                raise UsageError(f"no sensor {asked!r} gives {stream}; there are {listed}", path=self._path)
-            if asked is None and len(labels) > 1:
-                text = f"several sensors give {stream}: {listed}"
-                choice = f"--topic {stream}={next(iter(labels))}"
-                if not options.lenient:
-                    raise UsageError(text, path=self._path, hint=f"choose one: {choice}")
-                self._warnings.append(f"{self._path}: {text}; choose one: {choice}")
-            else:
-                chosen[stream] = asked if asked is not None else next(iter(labels))
-        return chosen
 
     def _make_entries(self, places: list[Place]) -> dict[str, list[_Entry]]:
         """Give every image its stamp and its row; in the order of the rows."""
@@ -269,7 +247,7 @@ class RawlogSequence(Sequence):
     def _add_warnings(self, found: Survey, labels: dict[str, str]) -> None:
         warn, path = self._warnings.append, self._path
         if found.damage is not None:
-            warn(f"{found.damage.message}; what is before it ({found.count} objects) is read")
+            warn(f"{path}: {found.damage.message}; what is before it ({found.count} objects) is read")
         if count := found.euclidean.get(labels.get("depth", ""), 0):
             warn(
                 f"{path}: {count} depth images hold distances along the ray of each pixel "
@@ -290,6 +268,10 @@ class RawlogSequence(Sequence):
             format="rawlog",
             camera=meta.camera if meta else camera_of_name(stem),
             images={stream: self._image_info(stream, labels.get(stream, "")) for stream in self._entries},
+            sources={
+                **({ACCELEROMETER: labels[ACCELEROMETER]} if ACCELEROMETER in labels else {}),
+                **({_GROUNDTRUTH: GROUNDTRUTH_FILE} if self.groundtruth is not None else {}),
+            },
             text=text,
             frame_ids=dict(self._notes.frame_ids) if self._notes else {},
             licence=meta.licence if meta else None,

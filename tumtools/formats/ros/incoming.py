@@ -85,6 +85,7 @@ class RosSequence(Sequence):
         }
         self._frame_ids: dict[str, str] = {}
         self._camera_frame: str | None = None
+        self._way = ""
         self._unused: list[Loss] = []
         self._notes: list[str] = []
         if all(channel.count == 0 for channel in recording.channels):
@@ -126,6 +127,7 @@ class RosSequence(Sequence):
             format=recording.format,
             camera=camera,
             images=images,
+            sources=self._sources(),
             text=text,
             frame_ids=self._frame_ids,
             licence=self._meta.licence if self._meta else None,
@@ -216,6 +218,7 @@ class RosSequence(Sequence):
         found, left_out = tree.compose(path)
         root = path[0][0]
         way = " -> ".join([root, *(child for _, child in path)])
+        self._way = f"{resolution.transforms[0].topic}: {way}"
         self._note_frame("groundtruth", root)
         if resolution.frames is None and root != _WORLD:
             self._notes.append(
@@ -225,6 +228,15 @@ class RosSequence(Sequence):
         if left_out:
             self._notes.append(f"{left_out} poses are left out, as not all of {way} is known at their time")
         return found
+
+    def _sources(self) -> dict[str, str]:
+        """Return the topics of the signals; ground truth may be composed from transforms."""
+        found = {stream: channel.topic for stream, channel in self._channels.items()}
+        found |= {"groundtruth": self._way} if self._way else {}
+        signals = {"accelerometer": self.accelerometer, "groundtruth": self.groundtruth}
+        return {
+            stream: found[stream] for stream, one in signals.items() if one is not None and stream in found
+        }
 
     def _note_frame(self, stream: str, frame_id: str) -> None:
         worlds = {layout.world.lstrip("/") for layout in LAYOUTS.values()}

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -15,7 +15,7 @@ from tumtools.formats.ros import signals
 from tumtools.model.sequence import IMAGE_STREAMS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from tumtools.formats.ros.codec import Message
     from tumtools.formats.ros.incoming import RosSequence
@@ -59,7 +59,7 @@ class RecordingFacts:
     cameras: dict[str, CameraInfo | None]
     old_definitions: tuple[str, ...]
     times: dict[str, TimeFacts]
-    other_cameras: dict[str, int]
+    other_cameras: Mapping[str, int] = field(default_factory=dict)
 
 
 def inspect(sequence: RosSequence) -> RecordingFacts:

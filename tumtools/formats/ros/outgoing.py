@@ -24,7 +24,7 @@ from tumtools.formats.ros.style import Style, estimated_bytes
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
 from tumtools.model.digest import to_strings
-from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence
+from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence, streams_of
 from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
 if TYPE_CHECKING:
@@ -201,6 +201,11 @@ def _check_stamps(sequence: Sequence, style: Style) -> None:
 
 
 def _warnings(sequence: Sequence, style: Style) -> Iterator[str]:
+    options, there = style.options, streams_of(sequence)
+    for flag, asked in (("--topic", options.topics), ("--frame-id", options.frame_ids)):
+        for stream, name in asked.items():
+            if stream not in there:
+                yield f"{flag} {stream}={name} has no effect: there is no {stream} to write"
     known = style.options.cameras.keys() | sequence.cameras.keys()
     assumed = [stream for stream in sequence.info.images if stream not in known]
     if assumed and _camera(sequence, style) is None:

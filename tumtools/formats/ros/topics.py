@@ -82,18 +82,10 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
                 )
                 continue
             chosen[stream] = _asked_for(recording, stream, topic, channel)
-        elif not places:
-            candidates = _candidates(recording, stream, set(options.topics.values()))
-            if len(candidates) > 1:
-                text = _ambiguous(stream, candidates)
-                if not options.lenient:
-                    hint = f"choose one, as with --topic {stream}={candidates[0].topic}"
-                    raise UsageError(text, path=recording.path, hint=hint)
-                warnings.append(f"{text}; choose one with --topic {stream}=TOPIC")
-            elif candidates:
-                chosen[stream] = candidates[0]
+        elif not places and (found := _found(recording, stream, options, warnings)) is not None:
+            chosen[stream] = found
     _refuse_shared(recording, chosen)
-    transforms = _transforms(recording, chosen, places)
+    transforms = _transforms(recording, chosen, places) if options.wants("groundtruth") else ()
     if "groundtruth" not in chosen or not transforms:
         frames = None
     warnings += _offered_transforms(recording, is_known=bool("groundtruth" in chosen or transforms or places))
@@ -106,6 +98,25 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
     ]
     losses = tuple(loss_of(channel) for channel in rest)
     return Resolution(chosen, infos, losses, tuple(warnings), transforms, frames)
+
+
+def _found(recording: Recording, stream: str, options: ReadOptions, warnings: list[str]) -> Channel | None:
+    """Return the channel whose type and name fit a stream that was not named; of several, none.
+
+    Raises:
+        UsageError: Several fit a stream that is wanted.
+
+    """
+    candidates = _candidates(recording, stream, set(options.topics.values()))
+    if len(candidates) < 2:  # noqa: PLR2004 - it is clear
+        return candidates[0] if candidates else None
+    text = _ambiguous(stream, candidates)
+    if options.lenient:
+        warnings.append(f"{text}; choose one with --topic {stream}=TOPIC")
+    elif options.wants(stream):
+        hint = f"choose one, as with --topic {stream}={candidates[0].topic}"
+        raise UsageError(text, path=recording.path, hint=hint)
+    return None
 
 
 def _transforms(

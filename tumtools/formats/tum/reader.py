@@ -111,6 +111,7 @@ class TrajectoryFile(Sequence):
             name=name,
             format="tum",
             camera=camera_of_name(name),
+            sources={"groundtruth": path.name},
             text={"groundtruth": table.layout},
             warnings=tuple(_header_warnings(table, str(path))),
         )
@@ -206,6 +207,7 @@ class TumSequence(Sequence):
             format="tum",
             camera=camera_of_name(name),
             images={stream: self._image_info(stream) for stream in streams},
+            sources={stream: name for stream, name in self.files.items() if stream not in IMAGE_STREAMS},
             text={stream: table.layout for stream, table in self.tables.items()},
             licence=DATA_LICENCE if official else None,
             citation=DATA_CITATION if official else None,

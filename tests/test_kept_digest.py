@@ -37,11 +37,15 @@ TARGETS = (
     ("rosbag2", {}),
     ("rosbag2", {"storage": "mcap", "archive": True}),
     ("rosbag2", {"ros_distro": "foxy"}),
+    ("rawlog", {}),
+    ("rawlog", {"compression": "none"}),
+    ("rawlog", {"dialect": "legacy"}),
 )
+ABLE = tuple(name for name, entry in FORMATS.items() if entry.writer.needs(WriteOptions()).keeps_digest)
 
 
-@pytest.mark.parametrize(("name", "options"), TARGETS, ids=str)
 @pytest.mark.parametrize("jobs", [1, 3])
+@pytest.mark.parametrize(("name", "options"), TARGETS, ids=str)
 def test_what_was_written_is_what_is_there(
     name: str, options: dict[str, object], jobs: int, tmp_path: Path
 ) -> None:
@@ -79,22 +83,39 @@ def test_files_that_are_passed_through_are_hashed_as_they_are(tmp_path: Path) ->
         assert result.info.digest["depth"] == KeptDigest(3, "files", sha.hexdigest())
 
 
-def test_a_file_holds_none_unless_asked_and_says_so(tmp_path: Path) -> None:
-    convert(full(), tmp_path / "x.mcap", "mcap")
-    with open_source(tmp_path / "x.mcap") as result:
-        assert result.info.digest is None
-        with pytest.raises(InputError, match="carries no digest"):
-            check(result)
+def test_all_formats_but_that_of_the_benchmark_hold_one() -> None:
+    assert set(FORMATS) - set(ABLE) == {"tum"}
 
 
-@pytest.mark.parametrize("name", ["tum", "rawlog"])
-def test_formats_without_a_place_for_it_refuse(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ABLE)
+@pytest.mark.parametrize("verify", [True, False])
+def test_a_file_holds_one_unless_told_otherwise(name: str, verify: bool, tmp_path: Path) -> None:
+    for number, keep in enumerate((None, True, False)):
+        target = tmp_path / str(number) / f"x{FORMATS[name].suffix}"
+        convert(full(), target, name, options=ConvertOptions(verify=verify, digest=keep))
+        with open_source(target) as result:
+            assert (result.info.digest is None) == (keep is False)
+
+
+def test_a_file_without_one_says_so(tmp_path: Path) -> None:
+    convert(full(), tmp_path / "x.mcap", "mcap", options=ConvertOptions(digest=False))
+    with open_source(tmp_path / "x.mcap") as result, pytest.raises(InputError, match="carries no digest"):
+        check(result)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"), [("tum", WriteOptions()), ("rawlog", WriteOptions(dialect="converter"))]
+)
+def test_a_target_without_a_place_for_it_refuses_to_be_asked(
+    name: str, options: WriteOptions, tmp_path: Path
+) -> None:
     with pytest.raises(UsageError, match="no meaning"):
-        convert(full(), tmp_path / "x", name, options=KEEP)
+        convert(full(), tmp_path / "x", name, options, KEEP)
     assert not list(tmp_path.iterdir())
+    convert(full(), tmp_path / "x", name, options)
 
 
-@pytest.mark.parametrize("name", [name for name, entry in FORMATS.items() if entry.keeps_digest])
+@pytest.mark.parametrize("name", ABLE)
 def test_empty_streams_and_sequences_without_images(name: str, tmp_path: Path) -> None:
     sequence = Memory({"rgb": [], "depth": []}, accelerometer=accelerometer(START), groundtruth=groundtruth())
     target = tmp_path / f"x{FORMATS[name].suffix}"

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from tumtools.errors import InputError, InternalError, LossRefusedError, UsageError
+from tumtools.fingerprint import Recorded
 from tumtools.formats import registry
-from tumtools.formats.options import Needs, Progress, ReadOptions, WriteOptions, no_progress
+from tumtools.formats.options import Needs, Plan, Progress, ReadOptions, WriteOptions, no_progress
+from tumtools.images.parallel import ordered_map
 from tumtools.model.sequence import streams_of, sum_losses
 from tumtools.replaceable import refuse_irreplaceable
 from tumtools.staging import refuse_existing, staged
@@ -22,7 +24,7 @@ from tumtools.transform import (
     transform_losses,
     without,
 )
-from tumtools.verify import Recorded, verify
+from tumtools.verify import verify
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -70,7 +72,7 @@ class ConvertOptions:
         verify: Read the result back and compare it before it gets its name.
         force: Replace the target, if it is an older result (see `replaceable`).
         dry_run: Write nothing; tell what would be written and lost.
-        digest: Keep a digest of what is written in the target, where the format can hold it.
+        digest: Keep a digest of what is written in the target; None where the target can hold it.
 
     """
 
@@ -79,7 +81,7 @@ class ConvertOptions:
     verify: bool = True
     force: bool = False
     dry_run: bool = False
-    digest: bool = False
+    digest: bool | None = None
 
 
 def default_target(source: Path, to: str) -> Path:
@@ -130,14 +132,15 @@ def convert(
     entry = registry.get(to)
     registry.check_options(entry, write_options)
     registry.check_target(entry, target)
-    if options.digest and not entry.keeps_digest:
-        able = ", ".join(one.name for one in registry.FORMATS.values() if one.keeps_digest)
-        raise UsageError(f"--digest has no meaning for {to}, which cannot hold one", hint=f"{able} can")
-    _refuse_no_streams(sequence)
     needs = entry.writer.needs(write_options)
+    keep_digest = needs.keeps_digest if options.digest is None else options.digest
+    if keep_digest and not needs.keeps_digest:
+        shown = to if write_options.dialect is None else f"{to} --dialect {write_options.dialect}"
+        raise UsageError(f"--digest has no meaning for {shown}, which cannot hold one", hint="leave it out")
+    _refuse_no_streams(sequence)
     prepared = prepare(sequence, options.selection, needs)
     _refuse_nothing(prepared, options.selection)
-    plan = entry.writer.plan(prepared, write_options)
+    plan = entry.writer.plan(prepared, target, write_options)
     report = Report(
         target=target,
         format=to,
@@ -153,7 +156,7 @@ def convert(
     if options.force:
         refuse_irreplaceable(target, entry)
     if options.dry_run:
-        report = _dry_run(prepared, report, progress)
+        report = _dry_run(prepared, plan, report, write_options.jobs, progress)
         if options.strict:
             _refuse(report.losses, target)
         return report
@@ -161,17 +164,24 @@ def convert(
         _refuse(report.losses, target)
     with staged(target, force=options.force) as path:
         recorded = None
-        if options.verify or options.digest:
-            recorded = Recorded(prepared, needs.pixel_streams, keep_digest=options.digest)
+        if options.verify or keep_digest:
+            recorded = Recorded(prepared, needs.pixel_streams, keep_digest=keep_digest)
         written = entry.writer.write(recorded or prepared, path, write_options, progress)
         losses = _merge(sequence.info.not_carried, written, transform_losses(prepared))
         if options.strict:
             _refuse(losses, target)
         if recorded is not None and options.verify:
-            skip = {loss.stream for loss in written if loss.alters_data}
             try:
                 with entry.reader.open(path, ReadOptions()) as result:
-                    verify(recorded, result, skip=skip, jobs=write_options.jobs, progress=verify_progress)
+                    verify(
+                        recorded,
+                        result,
+                        written,
+                        write_options,
+                        keeps_name=entry.keeps_name,
+                        jobs=write_options.jobs,
+                        progress=verify_progress,
+                    )
             except InputError as error:
                 raise InternalError(
                     f"verification failed: what was written cannot be read: {error}"
@@ -186,17 +196,17 @@ def prepare(sequence: Sequence, selection: Selection, needs: Needs) -> Sequence:
     if needs.drops:
         prepared = without(prepared, needs.drops)
     prepared = demosaiced(prepared)
-    if needs.depth_units_per_metre is not None:
-        prepared = rescale_depth(prepared, needs.depth_units_per_metre)
-    return prepared
+    return rescale_depth(prepared, needs.depth_units_per_metre, needs.float_depth_units_per_metre)
 
 
-def _dry_run(prepared: Sequence, report: Report, progress: Progress) -> Report:
-    """Find out what would be lost; only depth that is rescaled needs to be looked at."""
+def _dry_run(prepared: Sequence, plan: Plan, report: Report, jobs: int, progress: Progress) -> Report:
+    """Find out what would be lost; only depth that is rescaled and written needs to be looked at."""
     next(prepared.images(), None)  # finds out whether any are missing
     if isinstance(prepared, RescaledDepth):
-        for frame in prepared.images(["depth"]):
-            progress(1, frame.load().nbytes)
+        rows = plan.images.get("depth")
+        frames = (frame for frame in prepared.images(["depth"]) if rows is None or frame.row in rows)
+        for nbytes in ordered_map(lambda frame: frame.load().nbytes, frames, jobs):
+            progress(1, nbytes)
     return replace(report, losses=_merge(report.losses, transform_losses(prepared)), dry_run=True)
 
 

@@ -18,6 +18,7 @@ from tumtools.errors import InputError
 from tumtools.images.codec import canonical, pixels_of
 from tumtools.images.depth import divided
 from tumtools.images.parallel import ordered_map
+from tumtools.model.digest import digest_of_images, digest_of_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -81,10 +82,19 @@ def canonical_pixels(image: Image) -> tuple[str, npt.NDArray[np.generic]]:
         ordered, encoding = canonical(pixels, image.encoding)
         return encoding, ordered
     if image.encoding == "32FC1":
-        bits = np.ascontiguousarray(pixels, "<f4").view("<u4")
-        numbers = bits * ((bits & _MAGNITUDE) <= _INFINITY)  # NaN becomes 0
-        return "depth", numbers.view("<f4") + np.float32(0)  # -0.0 becomes 0.0
+        return "depth", _canonical_metres(np.ascontiguousarray(pixels, "<f4"))
     return "depth", divided(pixels.astype(np.uint16, copy=False), image.depth_units_per_metre)
+
+
+def _canonical_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Return metres with 0 for NaN and for -0.0; the bits tell whether there is anything to do."""
+    bits = metres.view("<u4")
+    largest = bits.max(initial=0)
+    if largest <= _INFINITY:
+        return metres
+    if largest <= _MAGNITUDE:  # nothing has a sign
+        return (bits * (bits <= _INFINITY)).view("<f4")
+    return (bits * ((bits & _MAGNITUDE) <= _INFINITY)).view("<f4") + np.float32(0)
 
 
 def pixel_digest(image: Image) -> bytes:
@@ -99,14 +109,6 @@ def digest_of_pixels(kind: str, pixels: npt.NDArray[np.generic]) -> bytes:
     sha = hashlib.sha256(f"{kind} {width} {height}\n".encode())
     sha.update(np.ascontiguousarray(pixels).view(np.uint8).data)
     return sha.digest()
-
-
-def digest_of_rows(stamps: npt.NDArray[np.int64], values: npt.NDArray[np.float64]) -> str:
-    """Return the SHA-256 of rows: each stamp as int64, its values as float64, all NaN the same."""
-    table = np.empty((len(stamps), 1 + values.shape[1]), "<i8")
-    table[:, 0] = stamps
-    table[:, 1:] = np.where(np.isnan(values), np.nan, values).astype("<f8").view("<i8")
-    return hashlib.sha256(table.tobytes()).hexdigest()
 
 
 def _digest_frames(
@@ -143,16 +145,14 @@ def digest(
     """
     by_row: dict[str, list[tuple[int, int, bytes]]] = {stream: [] for stream in sequence.info.images}
     frames = []
-    for stream, stamp, row, value in _digest_frames(sequence, jobs, progress):
-        by_row[stream].append((row, stamp, value))
+    for stream, stamp, row, pixels in _digest_frames(sequence, jobs, progress):
+        by_row[stream].append((row, stamp, pixels))
         if deep:
-            frames.append((stream, stamp, value.hex()))
+            frames.append((stream, stamp, pixels.hex()))
     streams = {}
     for stream, rows in by_row.items():
-        sha = hashlib.sha256()
-        for _, stamp, value in sorted(rows):
-            sha.update(stamp.to_bytes(8, "little", signed=True) + value)
-        streams[stream] = StreamDigest(len(rows), sha.hexdigest())
+        value = digest_of_images((stamp, one) for _, stamp, one in sorted(rows))
+        streams[stream] = StreamDigest(len(rows), value)
     for name, signal in (("accelerometer", sequence.accelerometer), ("groundtruth", sequence.groundtruth)):
         if signal is not None:
             streams[name] = StreamDigest(len(signal), digest_of_rows(signal.stamps, signal.values))

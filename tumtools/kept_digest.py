@@ -9,13 +9,15 @@ pixels. Defined in docs/reference/digest.md, "Kept in files".
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from tumtools.digest import digest_of_rows, pixel_digest
+from tumtools.digest import pixel_digest
 from tumtools.errors import InputError
+from tumtools.images.codec import pixels_of
 from tumtools.images.parallel import ordered_map
-from tumtools.model.digest import KeptDigest, Kind
+from tumtools.model.digest import KeptDigest, Kind, digest_of_images, digest_of_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -56,17 +58,14 @@ class Noted:
             noted = [self._images[stream, row] for row in rows if (stream, row) in self._images]
             kinds = {of for of, _, _ in noted} or _PIXELS
             if len(noted) == len(rows) and len(kinds) == 1:
-                found[stream] = KeptDigest(len(rows), next(iter(kinds)), _joined(noted))
+                found[stream] = KeptDigest(
+                    len(rows),
+                    next(iter(kinds)),
+                    digest_of_images((stamp, value) for _, stamp, value in noted),
+                )
         for name, signal in _signals(sequence):
             found[name] = KeptDigest(len(signal), "rows", digest_of_rows(signal.stamps, signal.values))
         return found
-
-
-def _joined(images: list[tuple[Kind, int, bytes]]) -> str:
-    sha = hashlib.sha256()
-    for _, stamp, value in images:
-        sha.update(stamp.to_bytes(8, "little", signed=True) + value)
-    return sha.hexdigest()
 
 
 def _signals(sequence: Sequence) -> Iterator[tuple[str, Accelerometer | Trajectory]]:
@@ -97,6 +96,41 @@ class Check:
         return self.kept == self.found
 
 
+class Watch:
+    """Compares a sequence with the digest that its file keeps, while somebody else looks at its images.
+
+    Args:
+        sequence: Opened from a file that keeps one.
+        kept: That digest.
+
+    """
+
+    def __init__(self, sequence: Sequence, kept: Mapping[str, KeptDigest]) -> None:
+        self._sequence = sequence
+        self._kept = kept
+        self._noted = Noted()
+
+    def frame(self, frame: Frame) -> Frame:
+        """Return a frame whose image is noted when it is loaded; decoded already, if that took decoding."""
+        return replace(frame, load=partial(self._load, frame))
+
+    def _load(self, frame: Frame) -> Image:
+        image = frame.load()
+        wanted = self._kept.get(frame.stream)
+        # A file that is none any more cannot be what was written, whatever its pixels are.
+        of: Kind = "files" if wanted is not None and wanted.of == "files" and image.png else "pixels"
+        if of == "pixels" and image.pixels is None:
+            image = replace(image, pixels=pixels_of(image))
+        self._noted.add(frame, of, image_digest(image, of))
+        return image
+
+    def checks(self) -> list[Check]:
+        """Return the result for each stream, when all images have been loaded."""
+        found = self._noted.digest(self._sequence)
+        streams = sorted(self._kept.keys() | found.keys())
+        return [Check(name, self._kept.get(name), found.get(name)) for name in streams]
+
+
 def check(sequence: Sequence, *, jobs: int = 2, progress: Progress | None = None) -> list[Check]:
     """Compare a sequence with the digest that its file keeps, stream by stream.
 
@@ -109,29 +143,14 @@ def check(sequence: Sequence, *, jobs: int = 2, progress: Progress | None = None
         InputError: It keeps none, or an image is damaged.
 
     """
-    kept = sequence.info.digest
-    if kept is None:
+    if sequence.info.digest is None:
         raise InputError(
             "it carries no digest of its own",
             path=sequence.info.name,
-            hint="convert with --digest, to mcap, rosbag1 or rosbag2, makes a file that does",
+            hint="what tumtools converts to mcap, rosbag1, rosbag2 or rawlog carries one, unless --no-digest",
         )
-    noted = Noted()
-
-    def work(frame: Frame) -> int:
-        image = frame.load()
-        of = _kind(kept, frame, image)
-        noted.add(frame, of, image_digest(image, of))
-        return image.nbytes
-
-    for nbytes in ordered_map(work, sequence.images(), jobs):
+    watch = Watch(sequence, sequence.info.digest)
+    for nbytes in ordered_map(lambda frame: watch.frame(frame).load().nbytes, sequence.images(), jobs):
         if progress is not None:
             progress(1, nbytes)
-    found: Mapping[str, KeptDigest] = noted.digest(sequence)
-    return [Check(name, kept.get(name), found.get(name)) for name in sorted(kept.keys() | found.keys())]
-
-
-def _kind(kept: Mapping[str, KeptDigest], frame: Frame, image: Image) -> Kind:
-    """Return in which way an image is hashed: that of its file, unless it is no PNG file any more."""
-    wanted = kept.get(frame.stream)
-    return "files" if wanted is not None and wanted.of == "files" and image.png is not None else "pixels"
+    return watch.checks()

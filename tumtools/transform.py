@@ -208,10 +208,13 @@ class RescaledDepth(Sequence):
         losses = []
         if total.inexact:
             why = f"the target holds multiples of 1/{self._units:g} m"
-            losses.append(Loss("depth", "pixels rounded", total.inexact, why, total.largest_error, "m"))
+            losses.append(
+                Loss("depth", "pixels rounded", total.inexact, why, total.largest_error, "m", ("pixels",))
+            )
         if total.clipped:
             why = f"the target holds 0 to {65535 / self._units:.3f} m"
-            losses.append(Loss("depth", "pixels out of range, now without a reading", total.clipped, why))
+            what = "pixels out of range, now without a reading"
+            losses.append(Loss("depth", what, total.clipped, why, alters=("pixels",)))
         return tuple(losses)
 
     def close(self) -> None:
@@ -219,12 +222,24 @@ class RescaledDepth(Sequence):
         self.inner.close()
 
 
-def rescale_depth(sequence: Sequence, units_per_metre: float) -> Sequence:
-    """Return the sequence with depth in counts of the unit, itself if it is so or has no depth."""
+def rescale_depth(
+    sequence: Sequence, units_per_metre: float | None, of_metres: float | None = None
+) -> Sequence:
+    """Return the sequence with depth in counts of a unit, itself if it is so or has no depth.
+
+    Args:
+        sequence: Any.
+        units_per_metre: The unit; None if any counts will do.
+        of_metres: The unit of depth that is in metres (`32FC1`), where any counts will do; None to keep it.
+
+    """
     depth = sequence.info.images.get("depth")
-    if depth is None or depth.count == 0 or depth.depth_units_per_metre == units_per_metre:
+    if depth is None or depth.count == 0:
         return sequence
-    return RescaledDepth(sequence, units_per_metre)
+    units = units_per_metre or (of_metres if depth.encoding == "32FC1" else None)
+    if units is None or depth.depth_units_per_metre == units:
+        return sequence
+    return RescaledDepth(sequence, units)
 
 
 class Demosaiced(Sequence):
@@ -258,7 +273,8 @@ class Demosaiced(Sequence):
     def losses(self) -> tuple[Loss, ...]:
         """Say that colours were interpolated."""
         why = "each pixel of a Bayer mosaic has one colour; the two others are interpolated"
-        return (Loss("rgb", "mosaics made to colour images", self.info.images["rgb"].count, why),)
+        count = self.info.images["rgb"].count
+        return (Loss("rgb", "mosaics made to colour images", count, why, alters=("pixels",)),)
 
     def close(self) -> None:
         """Close the inner sequence."""

@@ -2,126 +2,91 @@
 # SPDX-License-Identifier: MIT
 """Read back what was written and hold it against what the writer was given.
 
-While the writer takes its frames, a fingerprint of each goes into a table: of its PNG file where that is
-passed on, of its pixels where the writer needs them decoded anyway. The result is read with the reader of
-its format; a frame that is the same PNG file is the same image, and nothing more is decoded.
+Everything is compared but what the writer has said it altered; of a stream with such a loss, all the rest.
+The result is read with the reader of its format. An image that is the same PNG file, or has the same pixels
+in the same encoding, is the same image, and nothing more is decoded or converted.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
-from isal import isal_zlib
 
-from tumtools.digest import canonical_pixels
 from tumtools.errors import InternalError
+from tumtools.fingerprint import Fingerprint, Recorded, fingerprint, full_fingerprint, is_same
+from tumtools.formats.cameras import chosen_calibration, known_camera
+from tumtools.formats.options import WriteOptions
+from tumtools.formats.ros.layouts import is_default_frame
 from tumtools.formats.tum.text import render
-from tumtools.images.codec import pixels_of
 from tumtools.images.parallel import ordered_map
-from tumtools.kept_digest import Noted, image_digest
+from tumtools.model.camera import CAMERAS
 from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence
-from tumtools.model.time import format_stamp
+from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator
 
     import numpy.typing as npt
 
     from tumtools.formats.options import Progress
-    from tumtools.model.digest import KeptDigest, Kind
     from tumtools.model.image import Image
+    from tumtools.model.sequence import Loss, Part
+    from tumtools.model.signals import Accelerometer, Trajectory
+
+_BATCH: Final = 4
+"""Images that a thread takes at a time: to hand one over costs as much as to compare a small one."""
+
+Key = TypeVar("Key")
 
 
 @dataclass(frozen=True, slots=True)
-class _Fingerprint:
-    """What is remembered of an image.
+class _Altered:
+    """What the writer has said it altered."""
 
-    CRC-32 is enough here: it guards against accidents, in bytes that this process has seen itself a moment
-    ago, and it is twenty times faster than SHA-256.
+    losses: tuple[Loss, ...]
 
-    Attributes:
-        png: Length and CRC-32 of the PNG file.
-        pixels: Size, kind and CRC-32 of the canonical pixels.
+    def has(self, part: Part, stream: str | None = None) -> bool:
+        """Tell whether a part is altered, of a stream or of any."""
+        return any(part in loss.alters for loss in self.losses if stream in {None, loss.stream})
 
-    """
+    def count(self, part: Part, stream: str) -> int:
+        return sum(loss.count for loss in self.losses if part in loss.alters and loss.stream == stream)
 
-    png: tuple[int, int] | None
-    pixels: tuple[str, int] | None
+    def rows(self, stream: str, written: int) -> int:
+        """Return how many rows are left of those that were written."""
+        return written - self.count("rows dropped", stream) + self.count("rows repeated", stream)
 
+    def moves(self, stream: str) -> bool:
+        """Tell whether a row of the result may not have its number or its stamp any more."""
+        return any(self.has(part, stream) for part in ("rows dropped", "rows repeated", "stamps"))
 
-def _fingerprint_of_png(data: bytes | memoryview) -> tuple[int, int]:
-    return len(data), isal_zlib.crc32(data)
-
-
-def _fingerprint_of_pixels(image: Image) -> tuple[str, int]:
-    kind, pixels = canonical_pixels(image)
-    crc = isal_zlib.crc32(np.ascontiguousarray(pixels).view(np.uint8).data)
-    return f"{kind} {image.width}x{image.height}", crc
-
-
-class Recorded(Sequence):
-    """A sequence that notes what passes through it on the way to a writer.
-
-    Args:
-        sequence: What is written.
-        pixel_streams: Streams whose pixels the writer needs; they are decoded here, once.
-        keep_digest: Note SHA-256 as well, for the writer to keep.
-
-    """
-
-    def __init__(
-        self, sequence: Sequence, pixel_streams: Collection[str] = (), *, keep_digest: bool = False
-    ) -> None:
-        self._inner = sequence
-        self._pixel_streams = frozenset(pixel_streams)
-        self.fingerprints: dict[tuple[str, int], _Fingerprint] = {}
-        self._noted = Noted() if keep_digest else None
-        self.info = sequence.info
-        self.groundtruth = sequence.groundtruth
-        self.accelerometer = sequence.accelerometer
-        self.cameras = sequence.cameras
-
-    def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
-        """Return the stamps of the inner sequence."""
-        return self._inner.image_stamps(stream)
-
-    def images(
-        self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
-    ) -> Iterator[Frame]:
-        """Yield the frames; each is noted when it is loaded."""
-        for frame in self._inner.images(streams, start, end):
-            yield replace(frame, load=partial(self._load, frame))
-
-    def _load(self, frame: Frame) -> Image:
-        image = frame.load()
-        if frame.stream in self._pixel_streams and image.pixels is None:
-            image = replace(image, pixels=pixels_of(image))
-        png = None if image.png is None else _fingerprint_of_png(image.png)
-        pixels = None if image.pixels is None and png is not None else _fingerprint_of_pixels(image)
-        # A dict is safe to fill from several threads.
-        self.fingerprints[frame.stream, frame.row] = _Fingerprint(png, pixels)
-        if self._noted is not None:
-            of: Kind = "files" if image.png is not None and image.pixels is None else "pixels"
-            self._noted.add(frame, of, image_digest(image, of))
-        return image
-
-    def noted_digest(self) -> Mapping[str, KeptDigest] | None:
-        """Return the digest of what has been loaded, if it is noted."""
-        return None if self._noted is None else self._noted.digest(self)
+    def stamp_limit(self, stream: str) -> int:
+        """Return by how many nanoseconds a stamp may be off."""
+        found = [one for one in self.losses if "stamps" in one.alters and one.stream == stream]
+        return max((round((one.largest_error or 0) * NANOSECONDS_PER_SECOND) for one in found), default=0)
 
 
 def verify(
-    written: Recorded, result: Sequence, *, skip: Collection[str] = (), jobs: int = 2, progress: Progress
+    written: Recorded,
+    result: Sequence,
+    losses: tuple[Loss, ...] = (),
+    options: WriteOptions | None = None,
+    *,
+    keeps_name: bool = True,
+    jobs: int = 2,
+    progress: Progress,
 ) -> None:
     """Check that a result holds everything that was written.
 
     Args:
         written: What the writer was given, after it has run.
         result: What the reader of the target's format makes of the target.
-        skip: Streams for which the writer has reported a loss.
+        losses: What the writer has reported; what they do not alter is compared.
+        options: Those of the writer, which may ask for other calibrations and frame ids.
+        keeps_name: Whether the target tells the name of the sequence, whatever it is called itself.
         jobs: Threads.
         progress: Told of each image.
 
@@ -130,62 +95,160 @@ def verify(
         InputError: The result is not readable.
 
     """
+    altered = _Altered(losses)
     for stream in IMAGE_STREAMS:
-        if stream not in skip:
-            expected, found = written.image_stamps(stream), result.image_stamps(stream)
-            _check_equal(stream, "stamps", expected, found)
-    _verify_signals(written, result, skip)
-    _verify_texts(written, result, skip)
-
-    def check(frame: Frame) -> int:
-        image = frame.load()
-        _verify_frame(frame, image, written.fingerprints.get((frame.stream, frame.row)))
-        return image.nbytes
-
-    streams = [stream for stream in written.info.images if stream not in skip]
-    for nbytes in ordered_map(check, result.images(streams), jobs):
-        progress(1, nbytes)
+        _verify_image_rows(stream, written, result, altered)
+    _verify_signal("accelerometer", written.accelerometer, result.accelerometer, altered)
+    _verify_signal("groundtruth", written.groundtruth, result.groundtruth, altered)
+    _verify_texts(written, result, altered)
+    _verify_header(written, result, altered, options or WriteOptions(), keeps_name=keeps_name)
+    _verify_images(written, result, altered, jobs, progress)
+    if written.noted_digest() is not None and result.info.digest != written.noted_digest():
+        raise _bug("the digest that it keeps is not that of what was written")
 
 
-def _verify_frame(frame: Frame, image: Image, expected: _Fingerprint | None) -> None:
-    if expected is not None:
-        png = image.png
-        if png is not None and expected.png is not None and _fingerprint_of_png(png) == expected.png:
-            return
-        if expected.pixels is not None and _fingerprint_of_pixels(image) == expected.pixels:
-            return
-    raise _bug(f"the {frame.stream} image at {format_stamp(frame.stamp, 9)} differs from what was written")
+# --- images -------------------------------------------------------------------------------------------
 
 
-def _verify_signals(written: Sequence, result: Sequence, skip: Collection[str]) -> None:
-    for name in ("accelerometer", "groundtruth"):
-        if name in skip:
-            continue
-        expected, found = getattr(written, name), getattr(result, name)
-        if (expected is None) != (found is None):
-            raise _bug(f"{name} is {'missing' if found is None else 'there without being written'}")
-        if expected is not None:
-            _check_equal(name, "stamps", expected.stamps, found.stamps)
-            _check_equal(name, "values", expected.values, found.values)
+def _verify_image_rows(stream: str, written: Sequence, result: Sequence, altered: _Altered) -> None:
+    expected, found = written.image_stamps(stream), result.image_stamps(stream)
+    rows = altered.rows(stream, len(expected))
+    _check_presence(stream, stream in written.info.images, stream in result.info.images, rows)
+    _check_count(stream, rows, len(found))
+    if not altered.moves(stream):
+        _check_equal(stream, "stamps", expected, found)
+
+
+def _verify_images(
+    written: Recorded, result: Sequence, altered: _Altered, jobs: int, progress: Progress
+) -> None:
+    moved = {stream for stream in written.info.images if altered.moves(stream)}
+    decoded = {stream for (stream, _), seen in written.fingerprints.items() if seen.png is None}
+    found: dict[str, list[tuple[int, Fingerprint]]] = {stream: [] for stream in moved}
+
+    def check(frames: list[Frame]) -> list[tuple[Frame, int, Fingerprint | None]]:
+        return [(frame, *check_one(frame, frame.load())) for frame in frames]
+
+    def check_one(frame: Frame, image: Image) -> tuple[int, Fingerprint | None]:
+        if frame.stream in moved:
+            return image.nbytes, (full_fingerprint if frame.stream in decoded else fingerprint)(image)
+        expected = written.fingerprints.get((frame.stream, frame.row))
+        if not altered.has("pixels", frame.stream) and (expected is None or not is_same(image, expected)):
+            raise _bug(
+                f"the {frame.stream} image at {format_stamp(frame.stamp, 9)} differs from what was written"
+            )
+        return image.nbytes, None
+
+    frames = _batches(result.images([*written.info.images]), _BATCH)
+    for batch in ordered_map(check, frames, jobs):
+        for frame, nbytes, seen in batch:
+            if seen is not None:
+                found[frame.stream].append((frame.stamp, seen))
+            progress(1, nbytes)
+    for stream in sorted(moved):
+        rows = enumerate(written.image_stamps(stream).tolist())
+        given = [(stamp, written.fingerprints.get((stream, row), Fingerprint())) for row, stamp in rows]
+        same = _anything if altered.has("pixels", stream) else Fingerprint.same
+        _check_in_order(stream, given, found[stream], same, altered)
+
+
+def _anything(one: object, other: object) -> bool:
+    del one, other
+    return True
+
+
+def _batches(items: Iterable[Frame], size: int) -> Iterator[list[Frame]]:
+    iterator = iter(items)
+    while batch := list(islice(iterator, size)):
+        yield batch
+
+
+# --- signals ------------------------------------------------------------------------------------------
+
+
+def _verify_signal(
+    name: str,
+    written: Accelerometer | Trajectory | None,
+    found: Accelerometer | Trajectory | None,
+    altered: _Altered,
+) -> None:
+    rows = altered.rows(name, 0 if written is None else len(written))
+    _check_presence(name, written is not None, found is not None, rows)
+    _check_count(name, rows, 0 if found is None else len(found))
+    if written is None or found is None:
+        return
+    if altered.moves(name):
+        one, other = (
+            list(zip(s.stamps.tolist(), map(bytes, s.values), strict=True)) for s in (written, found)
+        )
+        _check_in_order(name, one, other, bytes.__eq__, altered)
+        return
+    _check_equal(name, "stamps", written.stamps, found.stamps)
+    _check_equal(name, "values", written.values, found.values)
+
+
+# --- rows ---------------------------------------------------------------------------------------------
+
+
+def _check_presence(stream: str, written: bool, found: bool, rows: int) -> None:
+    """Refuse a stream that is missing, unless all its rows are said to be dropped, or that is new."""
+    if found and not written:
+        raise _bug(f"{stream} is there without having been written")
+    if written and not found and rows:
+        raise _bug(f"{stream} is missing")
+
+
+def _check_count(stream: str, expected: int, found: int) -> None:
+    if expected != found:
+        raise _bug(f"{stream} has {found} rows, {expected} were written")
 
 
 def _check_equal(
     stream: str, what: str, expected: npt.NDArray[np.generic], found: npt.NDArray[np.generic]
 ) -> None:
-    if len(expected) != len(found):
-        raise _bug(f"{stream} has {len(found)} rows, {len(expected)} were written")
     if not np.array_equal(expected, found, equal_nan=expected.dtype.kind == "f"):
         rows = np.flatnonzero((expected != found).reshape(len(expected), -1).any(axis=1))
         raise _bug(f"{what} of {stream} differ in {len(rows)} rows, first in row {rows[0]}")
 
 
-def _verify_texts(written: Sequence, result: Sequence, skip: Collection[str]) -> None:
+def _check_in_order(
+    stream: str,
+    written: list[tuple[int, Key]],
+    found: list[tuple[int, Key]],
+    same: Callable[[Key, Key], bool],
+    altered: _Altered,
+) -> None:
+    """Check that each row is one that was written, in order of time, its stamp off by no more than was said.
+
+    Args:
+        stream: For the message.
+        written: Stamp and content of each row.
+        found: The same of the result.
+        same: Whether two contents are the same.
+        altered: Whether rows may come again, and how far stamps may be off.
+
+    """
+    limit, repeats = altered.stamp_limit(stream), altered.has("rows repeated", stream)
+    given = sorted(written, key=lambda row: row[0])
+    place = 0
+    for stamp, content in sorted(found, key=lambda row: row[0]):
+        while place < len(given) and not (
+            abs(given[place][0] - stamp) <= limit and same(given[place][1], content)
+        ):
+            place += 1
+        if place == len(given):
+            raise _bug(f"what {stream} has at {format_stamp(stamp, 9)} was not written there")
+        place += not repeats
+
+
+# --- text and header ----------------------------------------------------------------------------------
+
+
+def _verify_texts(written: Sequence, result: Sequence, altered: _Altered) -> None:
     for stream, layout in written.info.text.items():
-        if stream in skip:
-            continue
         after = result.info.text.get(stream)
-        if after == layout:
-            continue  # the rows are the same already
+        if altered.has("text", stream) or altered.moves(stream) or after == layout:
+            continue  # said to be altered, or the rows are the same already
         stamps, values = _columns(written, stream)
         if after is None or render(layout, stream, stamps, values) != render(after, stream, stamps, values):
             raise _bug(f"the text of {stream} would not come back as it was")
@@ -197,6 +260,51 @@ def _columns(sequence: Sequence, stream: str) -> tuple[npt.NDArray[np.int64], np
         return stamps, np.empty((len(stamps), 0))
     signal = sequence.groundtruth if stream == "groundtruth" else sequence.accelerometer
     return (np.empty(0, np.int64), np.empty((0, 0))) if signal is None else (signal.stamps, signal.values)
+
+
+def _verify_header(
+    written: Sequence, result: Sequence, altered: _Altered, options: WriteOptions, *, keeps_name: bool
+) -> None:
+    """Compare what is beside the data: name, licence, camera, calibrations, frame ids."""
+    given, found = written.info, result.info
+    if keeps_name and not altered.has("name"):
+        _check_same("name", _as_utf8(given.name), found.name)
+    if given.licence is not None and not altered.has("licence"):
+        _check_same("licence", (given.licence, given.citation), (found.licence, found.citation))
+    if given.camera in CAMERAS and not altered.has("camera"):
+        _check_same("camera", given.camera, found.camera)
+    for stream, image in found.images.items():
+        # What is written for a camera that nobody knows is an assumption, which nothing hangs on.
+        own = stream in options.cameras.keys() | written.cameras.keys()
+        known = own or known_camera(written, options) is not None
+        if known and image.width and not altered.has("camera") and not altered.has("calibration", stream):
+            size = image.width, image.height
+            expected = chosen_calibration(written, options, stream, *size)
+            _check_same(
+                f"calibration of {stream}",
+                expected,
+                chosen_calibration(result, WriteOptions(), stream, *size),
+            )
+    for stream, name in {**given.frame_ids, **options.frame_ids}.items():
+        if _has_rows(written, stream) and not is_default_frame(name) and not altered.has("frame id", stream):
+            _check_same(f"frame id of {stream}", name, found.frame_ids.get(stream))
+
+
+def _has_rows(sequence: Sequence, stream: str) -> bool:
+    """Tell whether there are messages that say what their frame is; accelerations are not asked for it."""
+    return bool(len(sequence.image_stamps(stream))) or (
+        stream == "groundtruth" and sequence.groundtruth is not None and bool(len(sequence.groundtruth))
+    )
+
+
+def _check_same(what: str, expected: object, found: object) -> None:
+    if expected != found:
+        raise _bug(f"the {what} is {found!r}, {expected!r} was written")
+
+
+def _as_utf8(text: str) -> str:
+    """Return a name as containers hold it; that of a file may be no UTF-8."""
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def _bug(message: str) -> InternalError:

@@ -4,23 +4,27 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import re
+import struct
 import tarfile
 import time
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.fetch.conftest import ARCHIVE, Place, place, server, sha256
+from tests.fetch.conftest import ARCHIVE, Place, make_tar, place, sequence_files, server, sha256
 from tumtools.catalogue import packaged_catalogue
 from tumtools.cli.main import run
 from tumtools.cli.progress import fetch_progress
 from tumtools.fetch import Event, fetch_all
+from tumtools.model.digest import to_strings
+from tumtools.sources import open_source
 
-if TYPE_CHECKING:
-    from pathlib import Path
+FULL = Path(__file__).parents[2] / "fixtures" / "full"
 
 __all__ = ["place", "server"]  # fixtures
 
@@ -196,6 +200,36 @@ def test_info_of_a_sequence_that_is_not_here_shows_the_catalogue(cli: Cli) -> No
     assert document["files"]["tgz"]["standing"] == "confirmed"
 
 
+def test_cache_verify_tells_what_the_checksums_of_the_files_do_not(cli: Cli) -> None:
+    cli("fetch", "mini/one")
+    folder = cli.place.cache / "mini_one"
+    (folder / "groundtruth.txt").write_text("1305031102.0000 0 0 0 0 0 0 1\n")
+    assert cli("cache", "verify") == 5
+    assert "the content of groundtruth is not what was fetched" in cli.err
+
+    (folder / "groundtruth.txt").unlink()
+    text = (folder / "rgb.txt").read_text()
+    (folder / "rgb.txt").write_text(f"# seen\n{text}")
+    assert cli("cache", "verify") == 5
+    assert "mini_one/rgb.txt has changed" in cli.err
+    assert "content" not in cli.err
+
+
+def test_the_cache_and_an_archive_made_from_it_have_the_same_digest(cli: Cli) -> None:
+    files = {
+        f"full/{path.relative_to(FULL)}": path.read_bytes() for path in FULL.rglob("*") if path.is_file()
+    }
+    cli.place.serve(make_tar(files), "/full.tgz")
+    cli.catalogue(("full", "/full.tgz"))
+    assert cli("fetch", "full") == 0
+    assert cli("convert", "full", str(cli.place.folder / "full.mcap"), "--to", "mcap", "--archive") == 0
+    known = cli.json("cache", "list")["sequences"][0]["digest"]
+    with open_source(cli.place.folder / "full.mcap") as sequence:
+        assert sequence.info.digest is not None
+        assert to_strings(sequence.info.digest) == known
+    assert len(known) == 5
+
+
 def test_a_command_on_a_sequence_that_is_not_here_says_how_to_get_it(cli: Cli) -> None:
     assert cli("convert", "fr1/desk", "--to", "mcap") == 4
     assert "hint: `tumtools fetch fr1/desk` gets it" in cli.err
@@ -215,6 +249,11 @@ def test_cache_list_verify_and_prune(cli: Cli) -> None:
     assert cli("cache", "verify") == 0
     assert cli.out == "mini/one: as it was fetched\nmini/two: as it was fetched\n"
 
+    digest = cli.json("cache", "list")["sequences"][0]["digest"]
+    content = sequence_files()["rgbd_dataset_mini/rgb/1305031102.175304.png"]
+    value = hashlib.sha256(struct.pack("<q", 1305031102175304000) + hashlib.sha256(content).digest())
+    assert digest == {"version": "1", "rgb": f"1 files {value.hexdigest()}"}
+
     image = next((cli.place.cache / "mini_one" / "rgb").iterdir())
     image.write_bytes(image.read_bytes()[:-1] + b"x")
     (cli.place.cache / "mini_two" / "rgb.txt").unlink()
@@ -223,8 +262,8 @@ def test_cache_list_verify_and_prune(cli: Cli) -> None:
     assert "mini_two/rgb.txt is missing" in cli.err
     assert cli("cache", "verify", "mini/two") == 5
     assert [s["error"] for s in cli.json("cache", "verify")["sequences"]] == [
-        "mini_one/rgb/1305031102.175304.png has changed",
-        "mini_two/rgb.txt is missing",
+        "mini_one/rgb/1305031102.175304.png has changed; the content of rgb is not what was fetched",
+        "mini_two/rgb.txt is missing; the content of rgb is not what was fetched",
     ]
 
     assert cli("cache", "prune", "--dry-run") == 0

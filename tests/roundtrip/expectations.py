@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tests.roundtrip.variants import Variant
     from tumtools.model.sequence import Loss, Sequence
 
-HEADER_KINDS: Final = ("calibration", "camera", "frame id")
+HEADER_KINDS: Final = ("calibration", "camera", "frame id", "name", "licence")
 """Losses that leave the data and the text of their stream as they are."""
 
 
@@ -58,11 +58,14 @@ def expected(variant: Variant, sequence: Sequence) -> Expected:
     """Return what writing a sequence is expected to lose."""
     losses: Counter[tuple[str, str, int, float | None]] = Counter()
     losses.update(_depth(variant, sequence))
-    if variant.format == "tum":
-        losses.update((stream, "calibration", 1, None) for stream in sequence.cameras)
+    if variant.format == "tum" or variant.option("dialect") == "converter":
         losses.update(
             (stream, f"frame id {name}", 1, None) for stream, name in sequence.info.frame_ids.items()
         )
+        if sequence.info.licence is not None:
+            losses["sequence", "licence and citation", 1, None] += 1
+    if variant.format == "tum":
+        losses.update((stream, "calibration", 1, None) for stream in sequence.cameras)
         if not _name_tells_camera(sequence):
             losses[next(iter(sequence.info.images)), f"camera {sequence.info.camera}", 1, None] += 1
     if variant.option("dialect") == "converter":
@@ -176,6 +179,8 @@ def _converter(sequence: Sequence) -> Iterator[tuple[str, str, int, float | None
         yield "depth", "images stored again", len(scans) - len({b for _, b in scans}), None
     if len(rows) != len(set(samples)):
         yield "accelerometer", "rows dropped", len(rows) - len(set(samples)), None
+    if len(samples) != len(set(samples)):
+        yield "accelerometer", "rows stored again", len(samples) - len(set(samples)), None
     for stream, changes in moved.items():
         if any(changes):
             yield stream, "stamps replaced", sum(map(bool, changes)), round(max(changes) / 1e9, 9)
@@ -189,3 +194,8 @@ def _converter_headers(sequence: Sequence) -> Iterator[tuple[str, str, int, floa
     for stream in sequence.info.images:
         if stream in sequence.cameras or sequence.info.camera is not None:
             yield stream, "calibration replaced", 1, None
+    # The targets here are called "sequence", which tells nothing.
+    if sequence.info.name != "sequence":
+        yield "sequence", f"name {sequence.info.name}", 1, None
+    if sequence.info.camera is not None:
+        yield next(iter(sequence.info.images), "sequence"), f"camera {sequence.info.camera}", 1, None

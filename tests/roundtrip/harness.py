@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from tests.roundtrip.expectations import Expected, expected, key_of
-from tumtools.convert import convert
+from tumtools.convert import ConvertOptions, convert
 from tumtools.diff import diff
 from tumtools.digest import Digest, digest
 from tumtools.model.image import ENCODINGS
@@ -91,8 +91,11 @@ def write_and_check(before: Sequence, target: Path, variant: Variant) -> Outcome
 
     """
     wanted = expected(variant, before)
+    dry = ConvertOptions(dry_run=True)
+    foretold = convert(before, target, variant.format, variant.write_options, dry).losses
     report = convert(before, target, variant.format, variant.write_options)
     assert report.verified
+    assert foretold == report.losses, "a dry run tells something else"
     found = [key_of(loss) for loss in report.losses if loss not in before.info.not_carried]
     assert sorted(map(str, found)) == sorted(map(str, wanted.losses.elements()))
     with open_source(target) as after:

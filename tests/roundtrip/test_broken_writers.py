@@ -15,18 +15,21 @@ from tests.roundtrip.variants import awkward_variants
 from tumtools.cli.main import run
 from tumtools.convert import convert
 from tumtools.errors import InternalError
+from tumtools.formats.options import WriteOptions
 from tumtools.formats.registry import FORMATS
 from tumtools.images.codec import image_of_pixels, image_of_png, pixels_of, png_of
+from tumtools.model.camera import CameraInfo
+from tumtools.model.digest import KeptDigest
 from tumtools.model.sequence import Frame, Sequence
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
 
     from tests.roundtrip.variants import Variant
-    from tumtools.formats.options import Needs, Plan, Progress, WriteOptions
+    from tumtools.formats.options import Needs, Plan, Progress
     from tumtools.model.image import Image
     from tumtools.model.sequence import Loss
     from tumtools.model.signals import Accelerometer, Trajectory
@@ -53,6 +56,9 @@ class Tampered(Sequence):
         self, streams: Collection[str] | None = None, start: int | None = None, end: int | None = None
     ) -> Iterator[Frame]:
         return self._inner.images(streams, start, end)
+
+    def noted_digest(self) -> Mapping[str, KeptDigest] | None:
+        return self._inner.noted_digest()
 
 
 def _with_one_changed(image: Image) -> Image:
@@ -169,6 +175,44 @@ FAULTS: dict[str, Callable[[Sequence], Sequence]] = {
 }
 
 
+def _header(sequence: Sequence, **changes: object) -> Sequence:
+    found = Tampered(sequence)
+    found.info = replace(sequence.info, **changes)  # type: ignore[arg-type]  # as named
+    return found
+
+
+def _calibrations(sequence: Sequence, cameras: dict[str, CameraInfo]) -> Sequence:
+    found = Tampered(sequence)
+    found.cameras = cameras
+    return found
+
+
+class NoDigest(Tampered):
+    """Keeps no digest, or that of something else."""
+
+    def __init__(self, sequence: Sequence, kept: Mapping[str, KeptDigest] | None) -> None:
+        super().__init__(sequence)
+        self._kept = kept
+
+    def noted_digest(self) -> Mapping[str, KeptDigest] | None:
+        return self._kept
+
+
+OWN = CameraInfo.pinhole(7.0, 7.25, 3.5, 2.5, width=8, height=6)
+HEADER_FAULTS: dict[str, Callable[[Sequence], Sequence]] = {
+    "the name": lambda s: _header(s, name="another"),
+    "the licence": lambda s: _header(s, licence=None),
+    "the citation": lambda s: _header(s, citation="somebody else"),
+    "the camera": lambda s: _header(s, camera="fr2"),
+    "a frame id": lambda s: _header(s, frame_ids={}),
+    "another frame id": lambda s: _header(s, frame_ids={"rgb": "right_eye"}),
+    "a calibration": lambda s: _calibrations(s, {}),
+    "another calibration": lambda s: _calibrations(s, {"depth": replace(OWN, d=(0.1, 0, 0, 0, 0))}),
+    "the digest": lambda s: NoDigest(s, None),
+    "another digest": lambda s: NoDigest(s, {"rgb": KeptDigest(3, "files", "0" * 64)}),
+}
+
+
 @dataclass(frozen=True)
 class BrokenWriter:
     """A writer that is given something else than it should be."""
@@ -186,8 +230,8 @@ class BrokenWriter:
         needs: Needs = self.inner.needs(options)
         return needs
 
-    def plan(self, sequence: Sequence, options: WriteOptions) -> Plan:
-        plan: Plan = self.inner.plan(sequence, options)
+    def plan(self, sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
+        plan: Plan = self.inner.plan(sequence, target, options)
         return plan
 
 
@@ -212,6 +256,99 @@ def test_a_broken_writer_is_caught_and_leaves_nothing(
         convert(_sequence(), tmp_path / f"x{variant.suffix}", variant.format, variant.write_options)
     assert caught.value.exit_code == 70
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("variant", [one for one in awkward_variants() if one.format != "tum"], ids=str)
+@pytest.mark.parametrize("fault", [None, *HEADER_FAULTS])
+def test_what_is_beside_the_data_is_compared_too(
+    fault: str | None, variant: Variant, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _break(monkeypatch, variant.format, Tampered if fault is None else HEADER_FAULTS[fault])
+    sequence = _sequence()
+    sequence.cameras = {"depth": OWN}
+    sequence.info = replace(
+        sequence.info, licence="CC0-1.0", citation="nobody", frame_ids={"rgb": "left_eye"}
+    )
+    target = tmp_path / f"x{variant.suffix}"
+    if fault is None:
+        assert convert(sequence, target, variant.format, variant.write_options).losses == ()
+        return
+    with pytest.raises(InternalError, match="verification failed"):
+        convert(sequence, target, variant.format, variant.write_options)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("fault", ["the licence", "a calibration"])
+def test_a_writer_that_drops_without_saying_so_what_the_layout_cannot_hold_is_caught(
+    fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sequence = _sequence()
+    sequence.cameras = {"depth": OWN}
+    sequence.info = replace(sequence.info, licence="CC0-1.0")
+    _break(monkeypatch, "tum", HEADER_FAULTS[fault])
+    with pytest.raises(InternalError, match="verification failed"):
+        convert(sequence, tmp_path / "x", "tum")
+
+
+CONVERTER = WriteOptions(dialect="converter")
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "one pixel of colour",
+        "one pixel of depth",
+        "one image of colour",
+        "one nanosecond of a pose",
+        "one bit of a pose",
+        "one bit of an acceleration",
+    ],
+)
+def test_a_stream_that_is_said_to_be_altered_is_compared_as_far_as_it_is_not(
+    fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The dialect moves stamps and drops rows, and its streams were not looked at for that."""
+    _break(monkeypatch, "rawlog", Tampered)
+    report = convert(_altered(), tmp_path / "fine", "rawlog", CONVERTER)
+    altered = {(loss.stream, part) for loss in report.losses for part in loss.alters}
+    assert altered >= {("rgb", "stamps"), ("rgb", "rows dropped"), ("depth", "stamps")}
+    assert altered >= {("accelerometer", "stamps"), ("accelerometer", "rows dropped")}
+    _break(monkeypatch, "rawlog", FAULTS[fault])
+    with pytest.raises(InternalError, match="verification failed"):
+        convert(_altered(), tmp_path / "broken", "rawlog", CONVERTER)
+    assert [path.name for path in tmp_path.iterdir()] == ["fine"]
+
+
+def test_stamps_may_be_off_by_what_was_said_and_no_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from tumtools.formats.rawlog import plan
+
+    true = plan._Moved.add
+    monkeypatch.setattr(plan._Moved, "add", lambda self, change: true(self, change // 2))
+    with pytest.raises(InternalError, match=r"what \w+ has at [\d.]+ was not written there"):
+        convert(_altered(), tmp_path / "x", "rawlog", CONVERTER)
+
+
+def test_a_loss_that_is_not_told_is_a_bug(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from tumtools.formats.rawlog import writer
+
+    monkeypatch.setattr(writer, "converter_name_losses", lambda *_: ())
+    with pytest.raises(InternalError, match="the name is 'x', 'memory' was written"):
+        convert(_altered(), tmp_path / "x", "rawlog", CONVERTER)
+
+
+def _altered() -> Memory:
+    """Return a sequence of which the converter drops an image and rows, and moves the others."""
+    step = 100_000_000
+    times = [START, START + step, START + 2 * step, START + 3 * step]
+    rows = [time + 2_000_000 * number for time in times[1:] for number in (-1, 0, 1)]
+    depths = [time + 3_000_000 for time in times[1:]]
+    return Memory(
+        {"rgb": times, "depth": depths},
+        accelerometer=accelerometer(*rows),
+        groundtruth=groundtruth(*times[:3]),
+    )
 
 
 @pytest.mark.parametrize("variant", awkward_variants(), ids=str)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,16 +18,18 @@ from tumtools.errors import LossRefusedError
 from tumtools.formats.options import WriteOptions
 from tumtools.images.codec import image_of_pixels
 from tumtools.model.camera import CALIBRATIONS
+from tumtools.model.sequence import DATA_CITATION, DATA_LICENCE
 from tumtools.sources import open_source
 from tumtools.transform import Selection
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from tumtools.model.sequence import Loss, Sequence
 
 NAME = "synthetic_freiburg1_loss"
+OFFICIAL = "rgbd_dataset_freiburg3_none"
+FIXTURES = Path(__file__).parents[2] / "fixtures"
 MILLIMETRES = WriteOptions(depth_encoding="16UC1")
 CONVERTER = WriteOptions(dialect="converter")
 FRAME = SECOND // 30
@@ -105,9 +108,9 @@ def test_a_rawlog_rounds_metres_too(dialect: str, tmp_path: Path) -> None:
 def test_a_calibration_of_its_own_has_no_place_in_the_benchmarks_layout(tmp_path: Path) -> None:
     sequence = pictures([START], [START])
     sequence.cameras = {"depth": CALIBRATIONS["fr3", "rgb"]}
-    assert [
-        (loss.stream, loss.what, loss.alters_data) for loss in losses(sequence, tmp_path / "x", "tum")
-    ] == [("depth", "calibration", False)]
+    assert [(loss.stream, loss.what, loss.alters) for loss in losses(sequence, tmp_path / "x", "tum")] == [
+        ("depth", "calibration", ("calibration",))
+    ]
     assert losses(sequence, tmp_path / "x.mcap", "mcap") == []
     assert losses(pictures([START], [START]), tmp_path / "y", "tum") == []
 
@@ -124,7 +127,7 @@ def test_a_camera_is_lost_when_no_name_tells_it(tmp_path: Path) -> None:
     sequence = Memory({"rgb": [START]}, name="kitchen", camera="fr2")
     dry = convert(sequence, tmp_path / "x", "tum", options=ConvertOptions(dry_run=True))
     (loss,) = losses(sequence, tmp_path / "x", "tum")
-    assert (loss.stream, loss.what, loss.alters_data) == ("rgb", "camera fr2", False)
+    assert (loss.stream, loss.what, loss.alters) == ("rgb", "camera fr2", ("camera",))
     assert dry.losses == (loss,)
     with open_source(tmp_path / "x") as result:
         assert result.info.camera is None
@@ -190,6 +193,35 @@ def test_the_converter_keeps_one_acceleration_per_scan(tmp_path: Path) -> None:
     rows = accelerometer(*(START + number * 2_000_000 for number in range(20)))
     found = converted(pictures([START], [START], accelerometer=rows), tmp_path)
     assert found["accelerometer", "rows dropped"].count == 19
+
+
+def test_the_converter_gives_two_scans_the_same_acceleration(tmp_path: Path) -> None:
+    rows = accelerometer(START + 2_000_000)
+    sequence = pictures([START, START + 5_000_000], [START, START + 5_000_000], accelerometer=rows)
+    found = converted(sequence, tmp_path)
+    assert found["accelerometer", "rows stored again"].count == 1
+
+
+def test_the_converter_tells_name_and_camera_by_the_name_of_the_file_only(tmp_path: Path) -> None:
+    found = converted(pictures([START], [START], licence="CC0-1.0", frame_ids={"rgb": "left_eye"}), tmp_path)
+    assert found["sequence", f"name {NAME}"].alters == ("name",)
+    assert found["rgb", "camera fr1"].alters == ("camera",)
+    assert found["sequence", "licence and citation"].alters == ("licence",)
+    assert found["rgb", "frame id left_eye"].alters == ("frame id",)
+    told = losses(pictures([START], [START]), tmp_path / "y" / NAME, "rawlog", CONVERTER)
+    assert not [loss for loss in told if "name" in loss.alters or "camera" in loss.alters]
+
+
+def test_a_licence_has_no_place_in_the_benchmarks_layout_but_by_its_name(tmp_path: Path) -> None:
+    with open_source(FIXTURES / "fr3") as sequence:
+        own = replace(sequence.info, licence="CC0-1.0", citation="nobody")
+        official = replace(
+            sequence.info, name=OFFICIAL, licence=DATA_LICENCE, citation=DATA_CITATION, text={}
+        )
+        for number, (info, expected) in enumerate(((own, ["licence and citation"]), (official, []))):
+            sequence.info = info
+            found = losses(sequence, tmp_path / str(number) / OFFICIAL, "tum")
+            assert [loss.what for loss in found if loss.stream == "sequence"] == expected
 
 
 def test_the_converter_has_no_infrared(tmp_path: Path) -> None:
@@ -261,3 +293,28 @@ def test_a_dry_run_counts_the_same_pixels(tmp_path: Path) -> None:
     dry = convert(depth(1, 2, 5), tmp_path / "x.mcap", "mcap", MILLIMETRES, ConvertOptions(dry_run=True))
     assert dry.losses == convert(depth(1, 2, 5), tmp_path / "x.mcap", "mcap", MILLIMETRES).losses
     assert dry.losses[0].count == 4
+
+
+@pytest.mark.parametrize(
+    ("to", "name", "options"),
+    [
+        ("tum", "x", WriteOptions()),
+        ("tum", "rgbd_dataset_freiburg1_x", WriteOptions()),
+        ("mcap", "x.mcap", MILLIMETRES),
+        ("rawlog", "x", WriteOptions()),
+        ("rawlog", "x", WriteOptions(dialect="legacy")),
+        ("rawlog", "x", CONVERTER),
+    ],
+)
+def test_a_dry_run_tells_what_the_conversion_will_lose(
+    to: str, name: str, options: WriteOptions, tmp_path: Path
+) -> None:
+    """The converter drops images, whose pixels were counted all the same; a name was not looked at."""
+    values = np.array([[1.00005, 1.0, 20.0, np.nan]], np.float32)
+    depths = [(START + n * SECOND, image_of_pixels(values * np.float32(n + 1), "32FC1", 1.0)) for n in (0, 1)]
+    colour = image_of_pixels(np.ones((1, 4, 3), np.uint8), "rgb8")
+    sequence = _named(Made(depth=depths, rgb=[(START, colour)]))
+    sequence.info = replace(sequence.info, licence="CC0-1.0", frame_ids={"rgb": "left_eye"}, camera="fr1")
+    foretold = convert(sequence, tmp_path / name, to, options, ConvertOptions(dry_run=True)).losses
+    assert foretold == convert(sequence, tmp_path / name, to, options).losses
+    assert bool(foretold) == (options.dialect != "legacy")

@@ -48,6 +48,28 @@ def test_our_own_containers_are_as_clean_as_the_folder(tmp_path: Path, to: str, 
     assert result.images == 8
 
 
+def test_content_that_is_not_what_was_written_is_found(tmp_path: Path) -> None:
+    """A sqlite3 bag has no checksums: one changed pixel is an image like any other."""
+    path = _convert(tmp_path, "rosbag2", "a", color_encoding="rgb8")
+    with open_source(path) as sequence:
+        pixels = next(iter(sequence.images(["rgb"]))).load().pixels
+        assert pixels is not None
+        data = pixels.tobytes()
+    file = next(path.glob("*.db3"))
+    content = bytearray(file.read_bytes())
+    content[content.index(data[:60])] ^= 1
+    file.write_bytes(content)
+    (finding,) = [one for one in validate(path).findings if one.code not in SMALL]
+    assert (finding.code, finding.severity, finding.place.stream) == ("TUM707", Severity.ERROR, "rgb")
+    assert "TUM707" not in _codes(validate(path, full=False).findings)
+
+
+def test_streams_and_rows_that_are_gone_or_new_differ_from_the_digest(tmp_path: Path) -> None:
+    path = _convert(tmp_path, "rawlog", "a")
+    (path / "groundtruth.txt").unlink()
+    assert [one.message for one in validate(path).findings if one.code == "TUM707"] == ["the stream is gone"]
+
+
 @pytest.mark.parametrize(("to", "name"), [("mcap", "a.mcap"), ("rosbag1", "a.bag"), ("tum", "a.tgz")])
 def test_a_file_that_was_cut_off_is_named(tmp_path: Path, to: str, name: str) -> None:
     path = _convert(tmp_path, to, name)

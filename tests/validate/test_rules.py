@@ -32,7 +32,7 @@ SPECIFIED = (
     "TUM502",
     "TUM503",
     "TUM601",
-    *(f"TUM70{n}" for n in range(1, 7)),
+    *(f"TUM70{n}" for n in range(1, 8)),
 )
 
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.expand import CATALOGUE
@@ -20,7 +21,6 @@ from tumtools.transform import RescaledDepth, parse_selection
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from tumtools.batch.expand import Source
     from tumtools.batch.manifest import Target
@@ -134,7 +134,7 @@ def _of_target(sequence: Sequence, target: Target, bytes_in: int) -> Estimate:
     try:
         selection = parse_selection(sequence, target.start, target.end, target.every, target.streams)
         prepared = prepare(sequence, selection, writer.needs(options))
-        plan = writer.plan(prepared, options)
+        plan = writer.plan(prepared, Path(sequence.info.name), options)
     except TumtoolsError as error:
         return Estimate(bytes_in, problem=str(error).partition("\n")[0])
     losses = [f"{loss.stream}: {loss.what}" for loss in (*sequence.info.not_carried, *plan.losses)]

@@ -134,7 +134,9 @@ def _parse(data: bytes) -> Entry | None:
             return None
         for key in ("read", "written"):
             document[key] = None if document[key] is None else Contents(**document[key])
-        document["losses"] = tuple(Loss(**loss) for loss in document["losses"])
+        document["losses"] = tuple(
+            Loss(**{**loss, "alters": tuple(loss["alters"])}) for loss in document["losses"]
+        )
         document["findings"] = tuple(document["findings"])
         return Entry(**document)
     except (ValueError, KeyError, TypeError, AttributeError):

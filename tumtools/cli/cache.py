@@ -43,6 +43,7 @@ def list_(as_json: bool) -> None:
                     | {"trust": stored.trust, "fetched": stored.fetched}
                     for kind, stored in record.files.items()
                 },
+                "digest": dict(record.digest),
             }
             for record, path, size in rows
         ]
@@ -60,7 +61,7 @@ def list_(as_json: bool) -> None:
 @click.argument("names", nargs=-1, metavar="[NAME]...")
 @options.json_option
 def verify(names: tuple[str, ...], as_json: bool) -> int:
-    """Compare what is in the cache with the checksums noted when it was fetched."""
+    """Compare what is in the cache with the checksums and the content digest noted when it was fetched."""
     from tumtools.errors import IntegrityError
 
     cache = _cache()
@@ -77,7 +78,8 @@ def verify(names: tuple[str, ...], as_json: bool) -> int:
         else:
             if not as_json:
                 click.echo(f"{record.entry.label}: as it was fetched")
-        documents.append({"name": record.entry.name, "short": record.entry.label, "error": problem})
+        document = {"name": record.entry.name, "short": record.entry.label, "error": problem}
+        documents.append(document | {"digest": dict(record.digest)})
     if as_json:
         output.print_json({"root": str(cache.root), "sequences": documents})
     return worst

@@ -60,7 +60,11 @@ def _format_options(command: options.Command) -> options.Command:
 @click.option("--streams", metavar="rgb,depth,...", help="Keep only these streams.")
 @click.option("--strict", is_flag=True, help="Refuse to lose anything (exit 3).")
 @click.option("--verify/--no-verify", default=True, help="Read the result back and compare it.")
-@click.option("--digest", is_flag=True, help="Keep a digest in DEST, for tumtools digest --check.")
+@click.option(
+    "--digest/--no-digest",
+    default=None,
+    help="Keep a digest in DEST, for tumtools digest --check.  [default: where the format can hold one]",
+)
 @click.option("--dry-run", is_flag=True, help="Tell what would be written and lost; write nothing.")
 @click.option("--force", is_flag=True, help="Replace DEST.")
 @options.jobs_option
@@ -77,7 +81,7 @@ def command(
     streams: str | None,
     strict: bool,
     verify: bool,
-    digest: bool,
+    digest: bool | None,
     dry_run: bool,
     force: bool,
     as_json: bool,

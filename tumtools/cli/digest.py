@@ -35,8 +35,8 @@ def command(
 ) -> int:
     """Print a digest of the content of SOURCE, the same for every format that holds the same content.
 
-    With --check, tell whether SOURCE still holds what was written when it was converted with --digest: exit
-    code 0 if it does, 1 if not, 4 if it carries no digest or is damaged.
+    With --check, tell whether SOURCE still holds what was written when tumtools made it: exit code 0 if it
+    does, 1 if not, 4 if it carries no digest or is damaged.
     """
     from tumtools.errors import UsageError
     from tumtools.sources import open_source

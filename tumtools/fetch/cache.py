@@ -66,12 +66,14 @@ class Record:
         entry: Its catalogue entry at that time, so that names of a user's catalogue work without it.
         files: What has been downloaded, by kind; the file itself may be gone once it is unpacked.
         unpacked_from: Kind of the archive that the folder comes from.
+        digest: Digest of the content of the folder, as strings (`model.digest`); empty where none is known.
 
     """
 
     entry: Entry
     files: Mapping[str, Stored] = field(default_factory=dict)
     unpacked_from: str | None = None
+    digest: Mapping[str, str] = field(default_factory=dict)
 
 
 class Cache:
@@ -117,6 +119,7 @@ class Cache:
                     for key, value in document["files"].items()
                 },
                 document.get("unpacked_from"),
+                {str(name): str(value) for name, value in document.get("digest", {}).items()},
             )
         except (OSError, ValueError, KeyError, AttributeError, InputError):
             return None  # unreadable means unknown: the sequence is fetched again
@@ -135,6 +138,7 @@ class Cache:
             "entry": as_table(record.entry),
             "files": {key: as_table(value) for key, value in record.files.items()},
             "unpacked_from": record.unpacked_from,
+            "digest": dict(record.digest),
         }
         write_text(self._record_path(record.entry.name), json.dumps(document, indent=1) + "\n")
 
@@ -168,14 +172,15 @@ class Cache:
         return sum(size_of(path) for path in self._paths(name))
 
     def verify(self, record: Record, progress: Callable[[int], None] | None = None) -> None:
-        """Compare all that is there of a sequence with the checksums noted when it was fetched.
+        """Compare what is there of a sequence with the checksums and the digest noted when it was fetched.
 
         Args:
             record: The sequence.
             progress: Called with the bytes read so far.
 
         Raises:
-            IntegrityError: Files are missing or changed; the message names the first and counts them.
+            IntegrityError: Files are missing or changed; the message names the first and counts them, and
+                says which streams are not what they were.
 
         """
         name = record.entry.name
@@ -192,8 +197,24 @@ class Cache:
             if not sums:
                 raise IntegrityError("its checksums are gone", path=self._checksums_path(name))
             expected |= {folder / file: sha256 for file, sha256 in sums.items()}
+        bad, found = self._compare(expected, progress)
+        files = {
+            path.relative_to(folder).as_posix(): s for path, s in found.items() if folder in path.parents
+        }
+        changed = _changed_streams(folder, files, record.digest)
+        if bad or changed:
+            more = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
+            text = [f"{bad[0]}{more}"] if bad else []
+            text += [f"the content of {' and '.join(changed)} is not what was fetched"] if changed else []
+            raise IntegrityError("; ".join(text), path=self.root, hint=_again(record))
+
+    def _compare(
+        self, expected: Mapping[Path, str], progress: Callable[[int], None] | None
+    ) -> tuple[list[str], dict[Path, str]]:
+        """Return what is wrong with files, and the checksums of those that can be read."""
         done = 0
         bad: list[str] = []
+        sums: dict[Path, str] = {}
         for path, sha256 in expected.items():
             try:
                 found = file_sha256(path)
@@ -203,14 +224,13 @@ class Cache:
             except OSError as error:
                 bad.append(f"{path.relative_to(self.root)} cannot be read: {error.strerror}")
                 continue
+            sums[path] = found
             if found != sha256:
                 bad.append(f"{path.relative_to(self.root)} has changed")
             done += path.stat().st_size
             if progress is not None:
                 progress(done)
-        if bad:
-            more = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
-            raise IntegrityError(f"{bad[0]}{more}", path=self.root, hint=_again(record))
+        return bad, sums
 
     def leftovers(self) -> dict[str, list[Path]]:
         """Return, by sequence, what interrupted work has left, and archives that are unpacked as well."""
@@ -311,6 +331,18 @@ def size_of(path: Path) -> int:
         return path.lstat().st_size
     except FileNotFoundError:
         return 0
+
+
+def _changed_streams(folder: Path, sha256: Mapping[str, str], digest: Mapping[str, str]) -> list[str]:
+    """Return the streams whose content is not that of a digest, new ones too; none if no digest is known."""
+    from tumtools.fetch.content_digest import content_digest  # noqa: PLC0415 - not needed for downloads
+    from tumtools.model.digest import from_strings  # noqa: PLC0415 - see above
+
+    known = (from_strings(digest) if digest else None) or {}
+    found = content_digest(folder, sha256) if known else {}
+    return [
+        stream for stream in sorted(known.keys() | found.keys()) if found.get(stream) != known.get(stream)
+    ]
 
 
 def _again(record: Record) -> str:

@@ -29,6 +29,7 @@ from tumtools.fetch.whole import check_whole
 from tumtools.staging import fsync, fsync_tree
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from tumtools.fetch.options import Report
@@ -257,7 +258,8 @@ class _Job:
                 fsync_tree(root)
                 # The record comes before the folder: whatever the moment, a folder of ours is known as ours.
                 self._cache.write_checksums(name, files)
-                self._cache.write_record(replace(record, unpacked_from=self._kind))
+                digest = _digest(root, files)
+                self._cache.write_record(replace(record, unpacked_from=self._kind, digest=digest))
                 root.rename(self._cache.folder(name))
             else:
                 self._cache.write_record(record)
@@ -302,6 +304,14 @@ class _Job:
 
     def _tell(self, stage: Stage, message: str = "", done: int = 0, total: int | None = None) -> None:
         self._report(Event(self._entry.label, stage, done, total, message))
+
+
+def _digest(root: Path, files: Mapping[str, tuple[int, str]]) -> dict[str, str]:
+    """Return the digest of what has been unpacked, as strings; nothing is read but the text files."""
+    from tumtools.fetch.content_digest import content_digest  # noqa: PLC0415 - brings numpy
+    from tumtools.model.digest import to_strings  # noqa: PLC0415 - see above
+
+    return to_strings(content_digest(root, {name: sha256 for name, (_, sha256) in files.items()}))
 
 
 def _kind_of(entry: Entry, wanted: str | None) -> str:

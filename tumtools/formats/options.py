@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
     from pathlib import Path
 
     from tumtools.model.camera import CameraInfo
@@ -89,14 +89,19 @@ class Needs:
 
     Attributes:
         depth_units_per_metre: Depth in counts of this unit; None if any depth will do.
+        float_depth_units_per_metre: Depth in metres becomes counts of this unit, where other counts will do;
+            None if it is kept.
         pixel_streams: Streams that are written from their pixels; others are kept as PNG if they are.
         drops: Streams that are not written.
+        keeps_digest: Whether the target can hold a digest of its content.
 
     """
 
     depth_units_per_metre: float | None = None
+    float_depth_units_per_metre: float | None = None
     pixel_streams: frozenset[str] = frozenset()
     drops: frozenset[str] = frozenset()
+    keeps_digest: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,12 +112,14 @@ class Plan:
         losses: What would be lost.
         nbytes: Estimated size of the target.
         warnings: What it assumes.
+        images: Image stream -> its rows that are written; streams that are not named are written whole.
 
     """
 
     losses: tuple[Loss, ...] = ()
     nbytes: int = 0
     warnings: tuple[str, ...] = ()
+    images: Mapping[str, Collection[int]] = field(default_factory=dict)
 
 
 class Progress(Protocol):

@@ -58,8 +58,8 @@ class Writer(Protocol):
     def needs(self, options: WriteOptions) -> Needs:
         """Return what the writer must be given."""
 
-    def plan(self, sequence: Sequence, options: WriteOptions) -> Plan:
-        """Return what can be told before anything is written."""
+    def plan(self, sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
+        """Return what can be told before anything is written; of the target, its name only."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Format:
             with most of them.
         options: Options that the writer understands -> their values, the default first.
         suffixes: Suffixes of the target that choose another container (`.tgz` for tum).
-        keeps_digest: Whether the target can hold a digest of its content.
+        keeps_name: Whether the target tells the name of its sequence, whatever it is called itself.
 
     """
 
@@ -92,7 +92,7 @@ class Format:
     markers: tuple[str, ...] = ()
     options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     suffixes: tuple[str, ...] = ()
-    keeps_digest: bool = False
+    keeps_name: bool = True
 
     @cached_property
     def reader(self) -> Reader:
@@ -127,6 +127,7 @@ FORMATS: Final[dict[str, Format]] = {
             suffixes=(".tgz", ".tar.gz"),
             content=re.compile(rb"(?s).{257}ustar|PK\x03\x04"),
             markers=("rgb.txt", "depth.txt", "ir.txt", "groundtruth.txt", "accelerometer.txt", "imu.txt"),
+            keeps_name=False,
         ),
         Format(
             name="mcap",
@@ -136,7 +137,6 @@ FORMATS: Final[dict[str, Format]] = {
             writes="profiles ros2, ros1",
             suffix=".mcap",
             content=re.compile(rb"\x89MCAP0\r\n"),
-            keeps_digest=True,
             options={
                 "color_encoding": ("png", "rgb8", "bgr8"),
                 "depth_encoding": ("32FC1", "png", "16UC1"),
@@ -173,7 +173,6 @@ FORMATS: Final[dict[str, Format]] = {
             writes="none, bz2, lz4",
             suffix=".bag",
             content=re.compile(rb"#ROS(BAG|RECORD) V"),
-            keeps_digest=True,
             options={
                 "color_encoding": ("rgb8", "bgr8", "png"),
                 "depth_encoding": ("32FC1", "png", "16UC1"),
@@ -195,7 +194,6 @@ FORMATS: Final[dict[str, Format]] = {
             suffix="",
             content=re.compile(rb"SQLite format 3\x00"),
             markers=("metadata.yaml",),
-            keeps_digest=True,
             options={
                 "color_encoding": ("png", "rgb8", "bgr8"),
                 "depth_encoding": ("32FC1", "png", "16UC1"),

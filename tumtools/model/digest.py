@@ -4,12 +4,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, cast
 
+import numpy as np
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
+
+    import numpy.typing as npt
 
 Kind = Literal["pixels", "files", "rows"]
 
@@ -31,6 +36,22 @@ class KeptDigest:
     count: int
     of: Kind
     value: str
+
+
+def digest_of_rows(stamps: npt.NDArray[np.int64], values: npt.NDArray[np.float64]) -> str:
+    """Return the SHA-256 of rows: each stamp as int64, its values as float64, all NaN the same."""
+    table = np.empty((len(stamps), 1 + values.shape[1]), "<i8")
+    table[:, 0] = stamps
+    table[:, 1:] = np.where(np.isnan(values), np.nan, values).astype("<f8").view("<i8")
+    return hashlib.sha256(table.tobytes()).hexdigest()
+
+
+def digest_of_images(images: Iterable[tuple[int, bytes]]) -> str:
+    """Return the SHA-256 of the stamp and the digest of each image, in file order."""
+    sha = hashlib.sha256()
+    for stamp, value in images:
+        sha.update(stamp.to_bytes(8, "little", signed=True) + value)
+    return sha.hexdigest()
 
 
 def to_strings(streams: Mapping[str, KeptDigest]) -> dict[str, str]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, Self, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 IMAGE_STREAMS: Final = ("rgb", "depth", "ir")
 """Names of the image streams, in the order that equal stamps are sorted in."""
 SIGNAL_STREAMS: Final = ("accelerometer", "groundtruth")
+WHOLE_SEQUENCE: Final = "sequence"
+"""Stands for a stream where a loss concerns them all: the name, the licence."""
 STREAMS: Final = IMAGE_STREAMS + SIGNAL_STREAMS
 
 TUM_DEPTH_UNITS_PER_METRE: Final = 5000.0
@@ -32,7 +34,27 @@ DATA_CITATION: Final = (
     "J. Sturm, N. Engelhard, F. Endres, W. Burgard, D. Cremers: "
     "A Benchmark for the Evaluation of RGB-D SLAM Systems. IROS 2012."
 )
+_OFFICIAL_PREFIX: Final = "rgbd_dataset_freiburg"
 
+
+def licence_of_name(name: str) -> tuple[str | None, str | None]:
+    """Return licence and citation of the data of a sequence, which are known for those of the benchmark."""
+    return (DATA_LICENCE, DATA_CITATION) if name.startswith(_OFFICIAL_PREFIX) else (None, None)
+
+
+Part: TypeAlias = Literal[
+    "rows dropped",
+    "rows repeated",
+    "stamps",
+    "pixels",
+    "text",
+    "calibration",
+    "camera",
+    "frame id",
+    "name",
+    "licence",
+]
+"""What of a stream, or of the whole sequence, a loss can alter. All else can still be verified."""
 
 DetailRow: TypeAlias = "Mapping[str, str | int | float | None]"
 """A row of `Sequence.details`: column -> value; stamps as integer nanoseconds in a string."""
@@ -49,8 +71,7 @@ class Loss:
         why: Why the target or the model cannot hold it.
         largest_error: The largest change of a value, in `unit`, or None where nothing is measured.
         unit: Unit of `largest_error`.
-        alters_data: Whether stamps, values or pixels of the stream differ for it; otherwise only something
-            beside them is lost (a calibration, a frame id), and they can still be verified.
+        alters: What of the stream differs for it; nothing for what never was part of a stream.
 
     """
 
@@ -60,7 +81,7 @@ class Loss:
     why: str
     largest_error: float | None = None
     unit: str = ""
-    alters_data: bool = True
+    alters: tuple[Part, ...] = ()
 
 
 def sum_losses(losses: Iterable[Loss]) -> tuple[Loss, ...]:

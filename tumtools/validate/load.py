@@ -14,6 +14,7 @@ from tumtools.formats.ros.incoming import RosSequence
 from tumtools.formats.ros.inspection import inspect
 from tumtools.formats.tum.reader import TrajectoryFile, TumSequence, open_tolerant
 from tumtools.images.parallel import ordered_map
+from tumtools.kept_digest import Watch
 from tumtools.sources import locate
 from tumtools.validate.frames import FrameFacts, measure
 from tumtools.validate.subject import Subject, TextFile
@@ -119,9 +120,10 @@ def _describe(subject: Subject, sequence: Sequence) -> None:
 
 def _measure(subject: Subject, sequence: Sequence, jobs: int, progress: Progress) -> None:
     """Look at every image, decoded by several threads."""
+    watch = None if sequence.info.digest is None else Watch(sequence, sequence.info.digest)
 
     def look(frame: Frame) -> tuple[FrameFacts, npt.NDArray[np.int64] | None]:
-        return measure(frame, decode=True)
+        return measure(frame if watch is None else watch.frame(frame), decode=True)
 
     for measured, histogram in ordered_map(look, _images(subject, sequence), jobs):
         facts = measured
@@ -131,6 +133,7 @@ def _measure(subject: Subject, sequence: Sequence, jobs: int, progress: Progress
         if histogram is not None:
             subject.depth_histogram += histogram
         progress(1, 0)
+    subject.digests = [] if watch is None else watch.checks()
 
 
 def _kind_of_depth(sequence: TumSequence, facts: FrameFacts) -> FrameFacts:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tumtools.errors import InputError, UsageError
     from tumtools.formats.ros.inspection import RecordingFacts
     from tumtools.formats.tum.text import Problem, Table
+    from tumtools.kept_digest import Check
     from tumtools.model.sequence import SequenceInfo
     from tumtools.model.signals import Accelerometer, Trajectory
     from tumtools.validate.frames import FrameFacts
@@ -106,6 +107,7 @@ class Subject:
         is_estimate: It is a trajectory on its own that does not claim to be ground truth.
         frames: Facts of the images that were looked at, by stream, in order of time.
         depth_histogram: How often each depth count occurs, shape [65536].
+        digests: Each stream held against the digest that the source carries of itself, if it does.
 
     """
 
@@ -127,6 +129,7 @@ class Subject:
     is_estimate: bool = False
     frames: dict[str, list[FrameFacts]] = field(default_factory=dict)
     depth_histogram: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(COUNTS, np.int64))
+    digests: list[Check] = field(default_factory=list)
 
     @cached_property
     def all_stamps(self) -> dict[str, Stamps]:

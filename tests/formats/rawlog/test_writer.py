@@ -281,13 +281,13 @@ def test_options_without_a_meaning_are_refused(options: dict[str, str], message:
     assert not (tmp_path / "x").exists()
 
 
-def test_the_plan_tells_the_losses_and_a_size_without_writing() -> None:
-    plan = writer.plan(made.typical(), WriteOptions())
+def test_the_plan_tells_the_losses_and_a_size_without_writing(tmp_path: Path) -> None:
+    plan = writer.plan(made.typical(), tmp_path / "x", WriteOptions())
     assert plan.losses == ()
     assert plan.nbytes > 0
     assert "the camera is unknown" in plan.warnings[0]
-    assert writer.plan(made.typical(), WriteOptions(camera="fr1")).warnings == ()
-    losses = writer.plan(made.typical(), WriteOptions(dialect="converter")).losses
+    assert writer.plan(made.typical(), tmp_path / "x", WriteOptions(camera="fr1")).warnings == ()
+    losses = writer.plan(made.typical(), tmp_path / "x", WriteOptions(dialect="converter")).losses
     assert {loss.what for loss in losses} >= {"stamps replaced", "rows dropped"}
 
 

@@ -151,9 +151,9 @@ def test_what_the_layout_has_no_place_for_is_told_and_the_data_is_compared_all_t
     sequence.cameras = {"rgb": calibration("fr1", "rgb")}
     sequence.info = replace(sequence.info, frame_ids={"rgb": "camera"})
     report = convert(sequence, tmp_path / "out", "tum")
-    assert [(loss.stream, loss.what, loss.alters_data) for loss in report.losses] == [
-        ("rgb", "calibration", False),
-        ("rgb", "frame id camera", False),
+    assert [(loss.stream, loss.what, loss.alters) for loss in report.losses] == [
+        ("rgb", "calibration", ("calibration",)),
+        ("rgb", "frame id camera", ("frame id",)),
     ]
     assert report.verified
 

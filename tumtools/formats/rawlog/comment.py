@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""What MRPT's classes have no place for, as JSON in the comment that a rawlog begins with.
+"""What MRPT's classes have no place for, as JSON in the comments that a rawlog begins and ends with.
 
-It is one object: `tumtools` holds the strings of `tumtools.formats.metadata`, `rawlog` what only this format
-needs.
+The first is one object: `tumtools` holds the strings of `tumtools.formats.metadata`, `rawlog` what only this
+format needs. The last holds the digest of the content, known when all of it has been written.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tumtools.formats.metadata import Metadata
 
 _START: Final = '{"rawlog":'
+_DIGEST_START: Final = f'{{"{metadata.DIGEST_RECORD}":'
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,22 @@ def dump(notes: Notes) -> str:
     del own["metadata"]
     document = {"rawlog": own, metadata.RECORD: metadata.to_strings(notes.metadata)}
     return json.dumps(document, separators=(",", ":"), sort_keys=True)
+
+
+def dump_digest(strings: Mapping[str, str]) -> str:
+    """Return the text of the comment that holds the digest."""
+    return json.dumps({metadata.DIGEST_RECORD: dict(strings)}, separators=(",", ":"), sort_keys=True)
+
+
+def parse_digest(text: str) -> dict[str, str] | None:
+    """Return the digest in a comment; None if it is another comment. Damaged ones hold nothing."""
+    if not text.startswith(_DIGEST_START):
+        return None
+    try:
+        document = json.loads(text)[metadata.DIGEST_RECORD]
+        return {str(name): str(value) for name, value in document.items()}
+    except (AttributeError, RecursionError, ValueError):
+        return {}
 
 
 def parse(text: str) -> Notes | None:

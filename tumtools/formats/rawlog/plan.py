@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.model.camera import ROS_DEFAULT
-from tumtools.model.sequence import Loss
+from tumtools.model.camera import ROS_DEFAULT, camera_of_name
+from tumtools.model.sequence import WHOLE_SEQUENCE, Loss
 from tumtools.model.time import (
     NANOSECONDS_PER_SECOND,
     decimals_needed,
@@ -265,14 +265,18 @@ def _converter_losses(
         used = {key for slot in slots for key in slot.keys if key[0] == stream}
         dropped = len(sequence.image_stamps(stream)) - len(used)
         if dropped:
-            yield Loss(stream, "images dropped", dropped, why)
+            yield Loss(stream, "images dropped", dropped, why, alters=("rows dropped",))
     depths = [slot.depth for slot in slots if slot.depth is not None]
     if repeated := len(depths) - len(set(depths)):
         why = "this dialect gives each colour image its nearest depth image"
-        yield Loss("depth", "images stored again", repeated, why)
+        yield Loss("depth", "images stored again", repeated, why, alters=("rows repeated",))
     rows = 0 if sequence.accelerometer is None else len(sequence.accelerometer)
     if dropped := rows - len(set(imu_rows)):
-        yield Loss("accelerometer", "rows dropped", dropped, "this dialect stores one row per scan")
+        why = "this dialect stores one row per scan"
+        yield Loss("accelerometer", "rows dropped", dropped, why, alters=("rows dropped",))
+    if repeated := len(imu_rows) - len(set(imu_rows)):
+        why = "this dialect gives each scan its nearest row"
+        yield Loss("accelerometer", "rows stored again", repeated, why, alters=("rows repeated",))
     for stream, change in moved.items():
         if change.count:
             yield Loss(
@@ -282,6 +286,7 @@ def _converter_losses(
                 _MEAN_WHY,
                 change.largest_ns / NANOSECONDS_PER_SECOND,
                 "s",
+                ("stamps",),
             )
     yield from _converter_header_losses(sequence)
 
@@ -290,8 +295,33 @@ def _converter_header_losses(sequence: Sequence) -> Iterator[Loss]:
     why = "this dialect has no place for header lines and decimals"
     for stream in sequence.info.text:
         if stream != "groundtruth":
-            yield Loss(stream, "text layout dropped", 1, why)
+            yield Loss(stream, "text layout dropped", 1, why, alters=("text",))
     why = "this dialect writes 525 525 319.5 239.5 for every camera"
     for stream in sequence.info.images:
         if stream in sequence.cameras or sequence.info.camera not in {None, ROS_DEFAULT}:
-            yield Loss(stream, "calibration replaced", 1, why, alters_data=False)
+            yield Loss(stream, "calibration replaced", 1, why, alters=("calibration",))
+    why = "this dialect has no place for frame ids"
+    for stream, frame in sequence.info.frame_ids.items():
+        yield Loss(stream, f"frame id {frame}", 1, why, alters=("frame id",))
+
+
+def converter_name_losses(sequence: Sequence, stem: str) -> Iterator[Loss]:
+    """Yield what the dialect `converter` keeps only as far as the name of the file tells it.
+
+    Args:
+        sequence: What is written.
+        stem: Name of the rawlog, without suffix.
+
+    """
+    info = sequence.info
+    if info.name != stem:
+        why = "this dialect has no place for it but the name of the file"
+        yield Loss(WHOLE_SEQUENCE, f"name {info.name}", 1, why, alters=("name",))
+    if info.camera is not None and camera_of_name(stem) != info.camera:
+        why = "this dialect tells the camera only by the name of the file"
+        yield Loss(
+            next(iter(info.images), WHOLE_SEQUENCE), f"camera {info.camera}", 1, why, alters=("camera",)
+        )
+    if info.licence is not None:
+        why = "this dialect has no place for it"
+        yield Loss(WHOLE_SEQUENCE, "licence and citation", 1, why, alters=("licence",))

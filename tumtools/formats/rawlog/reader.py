@@ -19,6 +19,7 @@ from tumtools.formats.rawlog.labels import choose_labels
 from tumtools.formats.rawlog.survey import Place, Survey, survey
 from tumtools.formats.tum.text import parse
 from tumtools.model.camera import camera_of_name
+from tumtools.model.digest import from_strings
 from tumtools.model.sequence import (
     IMAGE_STREAMS,
     Frame,
@@ -276,6 +277,7 @@ class RawlogSequence(Sequence):
             frame_ids=dict(self._notes.frame_ids) if self._notes else {},
             licence=meta.licence if meta else None,
             citation=meta.citation if meta else None,
+            digest=from_strings(found.digest) if found.digest else None,
             not_carried=tuple(self._not_carried(found, labels)),
             warnings=tuple(self._warnings),
         )

@@ -10,14 +10,14 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import InputError
-from tumtools.formats.rawlog import observations
+from tumtools.formats.rawlog import comment, observations
 from tumtools.formats.rawlog.archive import class_of
 from tumtools.formats.rawlog.objects import Objects
 from tumtools.formats.rawlog.pictures import Picture, pictures_of
 from tumtools.model.time import ticks_to_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from tumtools.formats.rawlog.archive import Record
@@ -95,7 +95,8 @@ class Survey:
         count: Top-level objects that could be read.
         classes: How many objects of each class name and version, as spelled in the file.
         sensors: By class and label.
-        comment: Text of the comments.
+        comment: Text of the comments, but for a digest of ours.
+        digest: The digest that a comment of ours holds; empty if there is none.
         places: Every image with a time.
         first: First image of each stream and label, with what is embedded.
         accelerations: By label.
@@ -113,6 +114,7 @@ class Survey:
     classes: Counter[tuple[str, int]] = field(default_factory=Counter)
     sensors: dict[tuple[str, str], Sensor] = field(default_factory=dict)
     comment: str = ""
+    digest: Mapping[str, str] = field(default_factory=dict)
     places: list[Place] = field(default_factory=list)
     first: dict[tuple[str, str], Picture] = field(default_factory=dict)
     accelerations: dict[str, Accelerations] = field(default_factory=dict)
@@ -149,7 +151,7 @@ class Survey:
             if imu is not None and imu.has_acceleration:
                 self._add_acceleration(imu, label, ticks)
             elif observation.type == "CObservationComment":
-                self.comment += observation.text("text")
+                self._add_comment(observation.text("text"))
             elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
                 self.euclidean[label] += 1
 
@@ -161,6 +163,13 @@ class Survey:
         for label, rows in self.accelerations.items():
             found.setdefault("accelerometer", Counter())[label] += len(rows.ticks)
         return found
+
+    def _add_comment(self, text: str) -> None:
+        digest = comment.parse_digest(text)
+        if digest is None:
+            self.comment += text
+        else:
+            self.digest = digest
 
     def _add_picture(self, number: int, part: int, picture: Picture) -> None:
         if not picture.ticks:

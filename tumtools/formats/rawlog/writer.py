@@ -12,6 +12,7 @@ import numpy as np
 
 from tumtools.errors import InternalError, UsageError
 from tumtools.formats import metadata
+from tumtools.formats.cameras import chosen_calibration
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.rawlog import comment
 from tumtools.formats.rawlog.classes import CODEC
@@ -30,14 +31,22 @@ from tumtools.formats.rawlog.dialects import (
     comment_bytes,
 )
 from tumtools.formats.rawlog.externals import IMAGES_SUFFIX
-from tumtools.formats.rawlog.plan import Key, ScanPlan, Slot, plan_converter, plan_lossless
+from tumtools.formats.rawlog.plan import (
+    Key,
+    ScanPlan,
+    Slot,
+    converter_name_losses,
+    plan_converter,
+    plan_lossless,
+)
 from tumtools.formats.rawlog.reader import ACCELEROMETER, GROUNDTRUTH_FILE, SUFFIX
 from tumtools.formats.rawlog.store import Store, Stored
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images import depth
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, calibration
-from tumtools.model.sequence import Loss
+from tumtools.model.digest import to_strings
+from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE, Loss
 from tumtools.model.text import default_layout
 
 if TYPE_CHECKING:
@@ -78,8 +87,8 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
 
     """
     dialect, container = _choices(options)
-    plan = _plan(sequence, dialect)
     stem = target.name.removesuffix(SUFFIX)
+    plan = _plan(sequence, dialect, stem)
     images = target / f"{stem}{IMAGES_SUFFIX}"
     images.mkdir(parents=True)
     if sequence.groundtruth is not None:
@@ -100,18 +109,20 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
 
 
 def needs(options: WriteOptions) -> Needs:
-    """Depth is written from its pixels; the dialect `converter` has it in millimetres."""
+    """Depth is written from its pixels, as counts or metres; the dialect `converter` has millimetres."""
     dialect, _ = _choices(options)
     return Needs(
         depth_units_per_metre=None if dialect.lossless else _CONVERTER_UNITS_PER_METRE,
+        float_depth_units_per_metre=None if dialect.float_depth else TUM_DEPTH_UNITS_PER_METRE,
         pixel_streams=frozenset({"depth"}),
+        keeps_digest=dialect.lossless,
     )
 
 
-def plan(sequence: Sequence, options: WriteOptions) -> Plan:
+def plan(sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
     """Return what is known to be lost without looking at pixels, and the estimated size in bytes."""
     dialect, container = _choices(options)
-    found = _plan(sequence, dialect)
+    found = _plan(sequence, dialect, target.name.removesuffix(SUFFIX))
     size = len(found.slots) * _SCAN_BYTES + len(found.imu_ticks) * _IMU_BYTES
     for stream, image in sequence.info.images.items():
         if stream != "depth" and image.compression:
@@ -122,7 +133,10 @@ def plan(sequence: Sequence, options: WriteOptions) -> Plan:
             size += int(pixels * 2 * share) if stream == "depth" else int(pixels * 1.5)
     if sequence.groundtruth is not None:
         size += len(_groundtruth_text(sequence))
-    return Plan(found.losses, size, tuple(_warnings(sequence, dialect, options)))
+    rows: dict[str, set[int]] = {stream: set() for stream in sequence.info.images}
+    for stream, row in found.files():
+        rows[stream].add(row)
+    return Plan(found.losses, size, tuple(_warnings(sequence, dialect, options)), rows)
 
 
 def _warnings(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> Iterator[str]:
@@ -150,8 +164,11 @@ def _choices(options: WriteOptions) -> tuple[Dialect, Container]:
     return DIALECTS[name], container
 
 
-def _plan(sequence: Sequence, dialect: Dialect) -> ScanPlan:
-    return plan_lossless(sequence) if dialect.lossless else plan_converter(sequence)
+def _plan(sequence: Sequence, dialect: Dialect, stem: str) -> ScanPlan:
+    if dialect.lossless:
+        return plan_lossless(sequence)
+    found = plan_converter(sequence)
+    return replace(found, losses=(*found.losses, *converter_name_losses(sequence, stem)))
 
 
 def _groundtruth_text(sequence: Sequence) -> bytes:
@@ -242,7 +259,7 @@ class _ScanWriter:
             self._next_slot += 1
 
     def finish(self) -> None:
-        """Write the accelerometer rows after the last scan.
+        """Write the accelerometer rows after the last scan, and the digest if somebody notes it.
 
         Raises:
             InternalError: An image of the plan never came.
@@ -252,6 +269,12 @@ class _ScanWriter:
             waiting = self.plan.slots[self._next_slot].keys
             raise InternalError(f"the sequence did not deliver all of {waiting}")
         self._write_imu(len(self.plan.imu_ticks))
+        digest = self.sequence.noted_digest()
+        if digest is not None and self.dialect.lossless:
+            last = max(
+                [slot.ticks for slot in self.plan.slots[-1:]] + self.plan.imu_ticks[-1:].tolist(), default=0
+            )
+            self.out.add(comment_bytes(self.dialect, comment.dump_digest(to_strings(digest)), last))
         self.out.finish()
 
     def losses(self) -> Iterator[Loss]:
@@ -259,10 +282,12 @@ class _ScanWriter:
         if self._rounded.images:
             why = "a depth file holds 16-bit counts"
             error = self._rounded.total.largest_error
-            yield Loss("depth", "depth rounded to 1/5000 m", self._rounded.images, why, error, "m")
+            yield Loss(
+                "depth", "depth rounded to 1/5000 m", self._rounded.images, why, error, "m", ("pixels",)
+            )
         if self._rounded.total.clipped:
             why = "the depth is outside of what 16 bits hold in this unit; it became 0, no reading"
-            yield Loss("depth", "pixels out of range", self._rounded.total.clipped, why)
+            yield Loss("depth", "pixels out of range", self._rounded.total.clipped, why, alters=("pixels",))
 
     def _write_scan(self, slot: Slot) -> None:
         before = int(np.searchsorted(self.plan.imu_ticks, slot.ticks, side="left"))
@@ -308,15 +333,10 @@ class _ScanWriter:
 def _camera_of(
     sequence: Sequence, dialect: Dialect, options: WriteOptions, stream: str, width: int, height: int
 ) -> CameraInfo:
-    """Choose the intrinsics to write: asked for, the sequence's own, those of its camera, the default."""
+    """Choose the intrinsics to write; the program that the other dialect follows has but one."""
     if not dialect.lossless:
         return calibration(ROS_DEFAULT, stream, *_DEFAULT_SIZE)
-    if stream in options.cameras:
-        return options.cameras[stream]
-    if options.camera is None and stream in sequence.cameras:
-        return sequence.cameras[stream]
-    camera = options.camera or sequence.info.camera
-    return calibration(camera if camera in CAMERAS else ROS_DEFAULT, stream, width, height)
+    return chosen_calibration(sequence, options, stream, width, height)
 
 
 def _notes(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> comment.Notes:

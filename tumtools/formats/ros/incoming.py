@@ -18,7 +18,7 @@ from tumtools.formats.ros import signals
 from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.gather import Gathered, Times, gather, header_stamp
 from tumtools.formats.ros.images import image_of_message
-from tumtools.formats.ros.layouts import KNOWN_FRAMES, LAYOUTS
+from tumtools.formats.ros.layouts import LAYOUTS, is_default_frame
 from tumtools.formats.ros.order import ImageOrder
 from tumtools.formats.ros.tf import TransformTree, find_path
 from tumtools.formats.ros.topics import loss_of, resolve
@@ -105,7 +105,7 @@ class RosSequence(Sequence):
         self.other_cameras = found.other_cameras
         why = "a sequence has one calibration for each image stream, that of its first message"
         self._unused += [
-            Loss(stream, "calibrations that differ from the first", count, why, alters_data=False)
+            Loss(stream, "calibrations that differ from the first", count, why)
             for stream, count in found.other_cameras.items()
         ]
         images = {stream: _counted(info, times.get(stream)) for stream, info in images.items()}
@@ -239,8 +239,7 @@ class RosSequence(Sequence):
         }
 
     def _note_frame(self, stream: str, frame_id: str) -> None:
-        worlds = {layout.world.lstrip("/") for layout in LAYOUTS.values()}
-        if frame_id.lstrip("/") not in KNOWN_FRAMES | worlds | {""}:
+        if not is_default_frame(frame_id):
             self._frame_ids[stream] = frame_id
 
     def _to_file_order(self, stream: str, stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:

@@ -81,7 +81,12 @@ LAYOUTS: Final[dict[str, Layout]] = {
     )
 }
 
-KNOWN_FRAMES: Final = frozenset(
+_KNOWN_FRAMES: Final = frozenset(
     frame.lstrip("/") for layout in LAYOUTS.values() for frame in (*layout.frames.values(), layout.body)
 )
-"""Frames that say nothing beyond the layout, with or without their slash."""
+_WORLDS: Final = frozenset(layout.world.lstrip("/") for layout in LAYOUTS.values())
+
+
+def is_default_frame(frame_id: str) -> bool:
+    """Tell whether a frame says nothing beyond the layout, with or without its slash."""
+    return frame_id.lstrip("/") in _KNOWN_FRAMES | _WORLDS | {""}

@@ -15,6 +15,7 @@ import numpy as np
 
 from tumtools.errors import OutputError, UsageError
 from tumtools.formats import metadata
+from tumtools.formats.cameras import chosen_calibration, known_camera
 from tumtools.formats.options import Plan
 from tumtools.formats.ros import messages, serialise
 from tumtools.formats.ros.layouts import TF_TOPIC
@@ -22,15 +23,12 @@ from tumtools.formats.ros.recording import MessageEncoding, OutChannel, OutMessa
 from tumtools.formats.ros.rows import Rows, signal_rows
 from tumtools.formats.ros.style import Style, estimated_bytes
 from tumtools.images.parallel import ordered_map
-from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
 from tumtools.model.digest import to_strings
 from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence, streams_of
 from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-
-    from tumtools.model.image import Image
 
 
 _SECONDS_LIMIT: Final[dict[MessageEncoding, int]] = {"cdr": 2**31, "ros1": 2**32}
@@ -208,32 +206,17 @@ def _warnings(sequence: Sequence, style: Style) -> Iterator[str]:
                 yield f"{flag} {stream}={name} has no effect: there is no {stream} to write"
     known = style.options.cameras.keys() | sequence.cameras.keys()
     assumed = [stream for stream in sequence.info.images if stream not in known]
-    if assumed and _camera(sequence, style) is None:
+    if assumed and known_camera(sequence, style.options) is None:
         yield (
             f"the camera is unknown, so the calibration written for {' and '.join(assumed)} is that of ROS's "
             "default (525, 525, 319.5, 239.5); name it with --camera"
         )
 
 
-def _camera(sequence: Sequence, style: Style) -> str | None:
-    camera = style.options.camera or sequence.info.camera
-    return camera if camera in CAMERAS else None
-
-
-def _calibration(sequence: Sequence, style: Style, stream: str, image: Image) -> CameraInfo:
-    """Return the intrinsics: those asked for, those of the source, those of the camera, ROS's default."""
-    explicit = style.options.cameras.get(stream)
-    if explicit is not None:
-        return explicit
-    if style.options.camera is None and stream in sequence.cameras:
-        return sequence.cameras[stream]
-    return calibration(_camera(sequence, style) or ROS_DEFAULT, stream, image.width, image.height)
-
-
 def _images(sequence: Sequence, style: Style, numbers: Mapping[str, int]) -> Iterator[OutMessage]:
     def messages_of(frame: Frame) -> tuple[Frame, bytes, tuple[bytes | memoryview, ...]]:
         image = frame.load()
-        camera = _calibration(sequence, style, frame.stream, image)
+        camera = chosen_calibration(sequence, style.options, frame.stream, image.width, image.height)
         common = (
             style.encoding,
             style.frame_id(sequence, frame.stream, frame.frame_id),

@@ -77,8 +77,9 @@ def needs(options: WriteOptions) -> Needs:
     return style_needs(_style(options))
 
 
-def plan(sequence: Sequence, options: WriteOptions) -> Plan:
+def plan(sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
     """Return the estimated size, and what is assumed."""
+    del target
     return style_plan(sequence, _style(options), compressed=_compression(options) != "none")
 
 

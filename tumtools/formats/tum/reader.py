@@ -22,8 +22,6 @@ from tumtools.images.codec import image_of_png
 from tumtools.images.parallel import read_ahead
 from tumtools.model.camera import camera_of_name
 from tumtools.model.sequence import (
-    DATA_CITATION,
-    DATA_LICENCE,
     IMAGE_STREAMS,
     TUM_DEPTH_UNITS_PER_METRE,
     Frame,
@@ -32,6 +30,7 @@ from tumtools.model.sequence import (
     Sequence,
     SequenceInfo,
     frame_order,
+    licence_of_name,
 )
 from tumtools.model.signals import Accelerometer, Trajectory
 
@@ -49,7 +48,6 @@ _ZIP_MAGIC: Final = b"PK"
 _TAR_MAGIC: Final = b"ustar"
 _TAR_MAGIC_AT: Final = 257
 _PAPERS_NAME: Final = "imu.txt"
-_OFFICIAL_PREFIX: Final = "rgbd_dataset_freiburg"
 
 
 def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb of every format
@@ -200,7 +198,7 @@ class TumSequence(Sequence):
             name_in_headers(table.layout.head for table in self.tables.values())
             or storage.name.encode("utf-8", "replace").decode()
         )
-        official = name.startswith(_OFFICIAL_PREFIX)
+        licence, citation = licence_of_name(name)
         streams = [stream for stream in IMAGE_STREAMS if stream in self.names]
         return SequenceInfo(
             name=name,
@@ -209,8 +207,8 @@ class TumSequence(Sequence):
             images={stream: self._image_info(stream) for stream in streams},
             sources={stream: name for stream, name in self.files.items() if stream not in IMAGE_STREAMS},
             text={stream: table.layout for stream, table in self.tables.items()},
-            licence=DATA_LICENCE if official else None,
-            citation=DATA_CITATION if official else None,
+            licence=licence,
+            citation=citation,
             not_carried=tuple(self._other_files()),
             warnings=tuple(self._warnings()),
         )

@@ -22,7 +22,15 @@ from tumtools.formats.tum.text import fit_layout, name_in_headers, render, rende
 from tumtools.images.codec import png_of
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import camera_of_name
-from tumtools.model.sequence import IMAGE_STREAMS, TUM_DEPTH_UNITS_PER_METRE, Frame, Loss, Sequence
+from tumtools.model.sequence import (
+    IMAGE_STREAMS,
+    TUM_DEPTH_UNITS_PER_METRE,
+    WHOLE_SEQUENCE,
+    Frame,
+    Loss,
+    Sequence,
+    licence_of_name,
+)
 from tumtools.model.text import TextLayout, default_layout
 from tumtools.model.time import format_stamp
 
@@ -74,7 +82,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
             if sink.ordered:
                 sink.add(name, data)
             progress(1, len(data))
-    return (*_losses(sequence), *_camera_loss(sequence, layouts, target.name))
+    return tuple(_losses(sequence, layouts, target))
 
 
 def needs(options: WriteOptions) -> Needs:
@@ -83,7 +91,7 @@ def needs(options: WriteOptions) -> Needs:
     return Needs(depth_units_per_metre=TUM_DEPTH_UNITS_PER_METRE)
 
 
-def plan(sequence: Sequence, options: WriteOptions) -> Plan:
+def plan(sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
     """Return the losses, and the estimated size."""
     del options
     layouts = _layouts(sequence)
@@ -93,33 +101,30 @@ def plan(sequence: Sequence, options: WriteOptions) -> Plan:
             size += info.nbytes
         else:
             size += int(info.nbytes * _PNG_SHARE.get(info.encoding or "", 0.5))
-    return Plan((*_losses(sequence), *_camera_loss(sequence, layouts, None)), size)
+    return Plan(tuple(_losses(sequence, layouts, target)), size)
 
 
-def _losses(sequence: Sequence) -> tuple[Loss, ...]:
-    calibrations = [
-        Loss(stream, "calibration", 1, "the layout has no place for calibrations", alters_data=False)
-        for stream in sequence.cameras
-    ]
-    frames = [
-        Loss(stream, f"frame id {frame}", 1, "the layout has no place for frame ids", alters_data=False)
-        for stream, frame in sequence.info.frame_ids.items()
-    ]
-    return (*calibrations, *frames)
+def _losses(sequence: Sequence, layouts: Mapping[str, TextLayout], target: Path) -> Iterator[Loss]:
+    why = "the layout has no place for calibrations"
+    for stream in sequence.cameras:
+        yield Loss(stream, "calibration", 1, why, alters=("calibration",))
+    why = "the layout has no place for frame ids"
+    for stream, frame in sequence.info.frame_ids.items():
+        yield Loss(stream, f"frame id {frame}", 1, why, alters=("frame id",))
+    yield from _losses_of_name(
+        sequence, name_in_headers(layout.head for layout in layouts.values()) or target.name
+    )
 
 
-def _camera_loss(sequence: Sequence, layouts: Mapping[str, TextLayout], target: str | None) -> Iterator[Loss]:
-    """Tell that the camera is lost, unless the name in a header, or else that of the target, tells it.
-
-    Without a target, only what does not depend on its name.
-    """
-    camera, images = sequence.info.camera, sequence.info.images
-    if camera is None or not images:
-        return
-    named = name_in_headers(layout.head for layout in layouts.values()) or target
-    if named is not None and camera_of_name(named) != camera:
+def _losses_of_name(sequence: Sequence, name: str) -> Iterator[Loss]:
+    """Tell of what the layout keeps only by a name: that in a header, or else that of the target."""
+    info = sequence.info
+    if info.images and info.camera is not None and camera_of_name(name) != info.camera:
         why = "the layout tells the camera only by the name of the sequence"
-        yield Loss(next(iter(images)), f"camera {camera}", 1, why, alters_data=False)
+        yield Loss(next(iter(info.images)), f"camera {info.camera}", 1, why, alters=("camera",))
+    if info.licence is not None and licence_of_name(name) != (info.licence, info.citation):
+        why = "the layout has no place for it"
+        yield Loss(WHOLE_SEQUENCE, "licence and citation", 1, why, alters=("licence",))
 
 
 def _layouts(sequence: Sequence) -> dict[str, TextLayout]:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""TUM701 to TUM706: archives, bags, MCAP files and rawlogs."""
+"""TUM701 to TUM707: archives, bags, MCAP files and rawlogs."""
 
 from __future__ import annotations
 
@@ -224,4 +224,48 @@ def topics_unclear(subject: Subject, limits: Limits) -> Iterator[Found]:
         yield Found(subject.unclear.message, NOWHERE, subject.unclear.hint or "")
 
 
-RULES = (container_damaged, container_order, frame_id_slash, depth_encoding, camera_info, topics_unclear)
+@rule(
+    "TUM707",
+    "digest-differs",
+    Severity.ERROR,
+    title="The content is not what was written: it differs from the digest that the file carries.",
+    why="Somebody or something has changed the file since; it is not the sequence that it says it is.",
+    how=(
+        "Files that tumtools writes carry a SHA-256 of each of their streams: of stamps and values, and of "
+        "the images' files or pixels. Each stream is hashed again."
+    ),
+    mend="Get it again, or convert the source again. To keep a change that was meant, convert the file.",
+    needs=Needs.PIXELS,
+)
+def digest_differs(subject: Subject, limits: Limits) -> Iterator[Found]:
+    """Compare the digests; what could not be read has been told."""
+    del limits
+    unread = {stream for stream, frames in subject.frames.items() if any(one.error for one in frames)}
+    for one in subject.digests if not subject.damage else ():
+        if one.same or one.stream in unread:
+            continue
+        if one.found is None:
+            what = "the stream is gone"
+        elif one.kept is None:
+            what = "the stream was not there when the file was written"
+        elif one.kept.count != one.found.count:
+            what = f"there are {one.found.count} of {one.kept.count} rows"
+        else:
+            what = "the stream is not what was written"
+        yield Found(
+            what,
+            Place(stream=one.stream),
+            measured="" if one.found is None else one.found.value,
+            expected="" if one.kept is None else one.kept.value,
+        )
+
+
+RULES = (
+    container_damaged,
+    container_order,
+    frame_id_slash,
+    depth_encoding,
+    camera_info,
+    topics_unclear,
+    digest_differs,
+)

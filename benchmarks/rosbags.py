@@ -3,7 +3,8 @@
 """Bags against what users write today: the two peer scripts (OpenCV and rosbags) and rosbags-convert.
 
 Run from the checkout: `python benchmarks/rosbags.py`. Each way is a program of its own, start-up included;
-times are the best of `--runs`, and what counts are the ratios. Files are on a memory file system.
+times are the best of `--runs`, and what counts are the ratios. Files are on a memory file system. The real
+sequence has 90 pairs of images; `--repeat` makes it longer, as most are.
 
 `TUMTOOLS_REAL_DATA` and `TUMTOOLS_PEERS` name the folders of the data and of the scripts (default
 `../shared/data`, `../shared/peers`), `TUMTOOLS_PEER_PYTHON` a Python that has OpenCV and rosbags.
@@ -18,6 +19,10 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from core import lengthen
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(os.environ.get("TUMTOOLS_REAL_DATA", ROOT / "../shared/data")).resolve()
@@ -40,7 +45,7 @@ def run(arguments: list[str | Path], target: Path) -> tuple[float, float]:
         str(arguments[0]),
         list(map(str, arguments)),
         os.environ | {"PYTHONPATH": str(ROOT)},
-        file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)],
+        file_actions=[(os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_WRONLY, 0) for stream in (1, 2)],
     )
     _, status, usage = os.wait4(pid, 0)
     seconds = time.perf_counter() - start
@@ -81,13 +86,14 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--repeat", type=int, default=1, help="how many times as long the sequence is")
     parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where files go")  # noqa: S108 - a memory file system
     options = parser.parse_args()
     runs = options.runs
     with tempfile.TemporaryDirectory(dir=options.folder) as name:
         work = Path(name)
         sequence = work / SEQUENCE.name
-        shutil.copytree(SEQUENCE, sequence)
+        lengthen(SEQUENCE, sequence, options.repeat)
         columns = ("ours", "verified", "peer", "ratio", "verified", "memory", "peer")
         print(" " * 28 + "".join(f"{column:>10}" for column in columns))
         bags = work / "ours.bag", work / "theirs.bag"

@@ -67,9 +67,10 @@ def repeat(folder: Path, target: Path, times: int, streams: tuple[str, ...] = ("
 
 def peak_of(folder: Path) -> float:
     """Return the peak memory of validating a folder in a process of its own, MB."""
+    # Not ru_maxrss, which begins with the memory of the process that started this one.
     code = (
-        "import resource, sys; from tumtools.validate.engine import validate; validate(sys.argv[1]);"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)"
+        "import re, sys; from tumtools.validate.engine import validate; validate(sys.argv[1]);"
+        "print(int(re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read())[1]) / 1e3)"
     )
     return float(subprocess.check_output([sys.executable, "-c", code, folder], text=True))
 

@@ -79,9 +79,9 @@ def to_counts(
         The counts, and what the rounding changed: values that are not exactly the float32 of a count.
 
     """
-    exact = _exact_counts(metres, units_per_metre)
-    if exact is not None:
-        return exact, EXACT
+    counts = exact_counts(metres, units_per_metre)
+    if counts is not None:
+        return counts, EXACT
     with np.errstate(invalid="ignore"):
         scaled = np.rint(metres.astype(np.float64) * units_per_metre)
         valid = np.isfinite(metres) & (metres != 0)
@@ -97,8 +97,10 @@ def to_counts(
     return counts, Rounding(inexact, clipped, error)
 
 
-def _exact_counts(metres: npt.NDArray[np.float32], units_per_metre: float) -> npt.NDArray[np.uint16] | None:
-    """Return the counts if each value is exactly that of a count, zero, or NaN: the usual case, done fast.
+def exact_counts(
+    metres: npt.NDArray[np.float32], units_per_metre: float, *, nan: bool = True
+) -> npt.NDArray[np.uint16] | None:
+    """Return the counts if each value is exactly that of a count, or NaN if that may stand for 0; else None.
 
     The product in float32 is off by less than 0.01, so the nearest count is right where there is an exact
     one; whether it is exact is told by going back. What the cast makes of NaN and of values out of range is
@@ -109,7 +111,8 @@ def _exact_counts(metres: npt.NDArray[np.float32], units_per_metre: float) -> np
         scaled += np.float32(0.5)
         counts = scaled.astype(np.uint16)
     exact = divided(counts, units_per_metre) == metres
-    exact |= np.isnan(metres) & (counts == 0)
+    if nan:
+        exact |= np.isnan(metres) & (counts == 0)
     return counts if exact.all() else None
 
 

@@ -19,7 +19,6 @@ import numpy as np
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.rawlog import archive
 from tumtools.formats.rawlog.compression import inflate
-from tumtools.images.depth import divided
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,7 +29,6 @@ IMAGES_SUFFIX: Final = "_Images"
 """What the name of the folder of the files adds to the name of the rawlog."""
 _FOLDERS: Final = ("{stem}_Images", "{stem}_images", "{stem}_IMAGES", "Images")
 _MAX_FILE: Final = archive.MAX_FIELD
-_COUNTS: Final = 65_536
 _U16_HEADER: Final = struct.Struct("<II")
 
 
@@ -168,7 +166,8 @@ def _matrix(raw: memoryview, path: Path) -> npt.NDArray[np.float32]:
             f"the depth file announces a matrix of {rows} x {columns}, {end + 1} bytes; it has {len(raw)}",
             path=path,
         )
-    return np.frombuffer(raw[:end], "<f4", offset=start + _U16_HEADER.size).reshape(rows, columns)
+    values = np.frombuffer(raw[:end], "<f4", offset=start + _U16_HEADER.size)
+    return values.reshape(rows, columns).copy()  # where the values begin in the file is no multiple of 4
 
 
 def _text_depth(data: bytes, path: Path) -> npt.NDArray[np.uint16] | npt.NDArray[np.float32]:
@@ -183,15 +182,6 @@ def _text_depth(data: bytes, path: Path) -> npt.NDArray[np.uint16] | npt.NDArray
     if whole.all() and matrix.size and matrix.min() >= 0 and matrix.max() <= np.iinfo(np.uint16).max:
         return matrix.astype(np.uint16)
     return matrix.astype(np.float32)
-
-
-def counts_of(metres: npt.NDArray[np.float32], units_per_metre: float) -> npt.NDArray[np.uint16] | None:
-    """Return the counts that float depth holds exactly, None if there is a pixel that is no count."""
-    scaled = np.rint(metres * np.float32(units_per_metre))
-    if not (scaled.min() >= 0 and scaled.max() < _COUNTS):  # so that NaN fails too
-        return None
-    counts = scaled.astype(np.uint16)
-    return counts if np.array_equal(divided(counts, units_per_metre), metres) else None
 
 
 def depth_payload(counts: npt.NDArray[np.uint16]) -> bytes:

@@ -18,6 +18,7 @@ from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.rawlog import archive, externals
 from tumtools.formats.rawlog.classes import DEPTH_CODES
 from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png
+from tumtools.images.depth import exact_counts
 from tumtools.images.png import SIGNATURE
 from tumtools.model.time import parse_stamp, ticks_to_stamp
 
@@ -124,7 +125,7 @@ class Picture:
             return image_of_pixels(values, "16UC1", self.units_per_metre or 1 / _DEFAULT_UNITS)
         metres = values.astype(np.float32, copy=False)
         if exact_units_per_metre is not None:
-            counts = externals.counts_of(metres, exact_units_per_metre)
+            counts = exact_counts(metres, exact_units_per_metre, nan=False)
             if counts is not None:
                 return image_of_pixels(counts, "16UC1", exact_units_per_metre)
         return image_of_pixels(np.where(metres == 0, np.float32(np.nan), metres), "32FC1", _METRES)

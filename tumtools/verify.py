@@ -22,7 +22,6 @@ from tumtools.formats.options import WriteOptions
 from tumtools.formats.ros.layouts import is_default_frame
 from tumtools.formats.tum.text import render
 from tumtools.images.parallel import ordered_map
-from tumtools.model.camera import CAMERAS
 from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence
 from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
@@ -271,12 +270,13 @@ def _verify_header(
         _check_same("name", _as_utf8(given.name), found.name)
     if given.licence is not None and not altered.has("licence"):
         _check_same("licence", (given.licence, given.citation), (found.licence, found.citation))
-    if given.camera in CAMERAS and not altered.has("camera"):
-        _check_same("camera", given.camera, found.camera)
+    camera = known_camera(written, options)
+    if camera is not None and not altered.has("camera"):
+        _check_same("camera", camera, found.camera)
     for stream, image in found.images.items():
         # What is written for a camera that nobody knows is an assumption, which nothing hangs on.
         own = stream in options.cameras.keys() | written.cameras.keys()
-        known = own or known_camera(written, options) is not None
+        known = own or camera is not None
         if known and image.width and not altered.has("camera") and not altered.has("calibration", stream):
             size = image.width, image.height
             expected = chosen_calibration(written, options, stream, *size)

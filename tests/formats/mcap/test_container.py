@@ -62,7 +62,7 @@ def test_every_record_passes_the_checks_of_the_reference_library(
     assert statistics.message_count == len(seen)
     assert statistics.message_start_time == START
     assert statistics.message_end_time == START + SECOND
-    assert statistics.metadata_count == 1
+    assert statistics.metadata_count == 2
     assert statistics.chunk_count == sum(isinstance(record, ChunkIndex) for record in records)
     assert statistics.channel_count == len({one.id for one in records if isinstance(one, Channel)})
     assert statistics.schema_count == len({one.id for one in records if isinstance(one, Schema)})
@@ -120,12 +120,13 @@ def test_the_index_finds_metadata_and_every_message(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.mcap")
     with path.open("rb") as file:
         reader = SeekingReader(file, validate_crcs=True)
-        (metadata,) = reader.iter_metadata()
+        metadata, digest = reader.iter_metadata()
         summary = reader.get_summary()
         header = reader.get_header()
     assert header.profile == "ros2"
     assert metadata.name == "tumtools"
     assert metadata.metadata["name"] == "memory"
+    assert digest.name == "tumtools.digest"
     assert json.loads(metadata.metadata["streams"])["depth"] == "/camera/depth/image"
     assert summary is not None
     assert summary.statistics is not None

@@ -305,23 +305,22 @@ def _converter_header_losses(sequence: Sequence) -> Iterator[Loss]:
         yield Loss(stream, f"frame id {frame}", 1, why, alters=("frame id",))
 
 
-def converter_name_losses(sequence: Sequence, stem: str) -> Iterator[Loss]:
+def converter_name_losses(sequence: Sequence, stem: str, camera: str | None) -> Iterator[Loss]:
     """Yield what the dialect `converter` keeps only as far as the name of the file tells it.
 
     Args:
         sequence: What is written.
         stem: Name of the rawlog, without suffix.
+        camera: That of the sequence, or the one that was asked for.
 
     """
     info = sequence.info
     if info.name != stem:
         why = "this dialect has no place for it but the name of the file"
         yield Loss(WHOLE_SEQUENCE, f"name {info.name}", 1, why, alters=("name",))
-    if info.camera is not None and camera_of_name(stem) != info.camera:
+    if camera is not None and camera_of_name(stem) != camera:
         why = "this dialect tells the camera only by the name of the file"
-        yield Loss(
-            next(iter(info.images), WHOLE_SEQUENCE), f"camera {info.camera}", 1, why, alters=("camera",)
-        )
+        yield Loss(next(iter(info.images), WHOLE_SEQUENCE), f"camera {camera}", 1, why, alters=("camera",))
     if info.licence is not None:
         why = "this dialect has no place for it"
         yield Loss(WHOLE_SEQUENCE, "licence and citation", 1, why, alters=("licence",))

@@ -12,7 +12,7 @@ import numpy as np
 
 from tumtools.errors import InternalError, UsageError
 from tumtools.formats import metadata
-from tumtools.formats.cameras import chosen_calibration
+from tumtools.formats.cameras import chosen_calibration, known_camera
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.rawlog import comment
 from tumtools.formats.rawlog.classes import CODEC
@@ -88,7 +88,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     """
     dialect, container = _choices(options)
     stem = target.name.removesuffix(SUFFIX)
-    plan = _plan(sequence, dialect, stem)
+    plan = _plan(sequence, dialect, stem, options)
     images = target / f"{stem}{IMAGES_SUFFIX}"
     images.mkdir(parents=True)
     if sequence.groundtruth is not None:
@@ -122,7 +122,7 @@ def needs(options: WriteOptions) -> Needs:
 def plan(sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
     """Return what is known to be lost without looking at pixels, and the estimated size in bytes."""
     dialect, container = _choices(options)
-    found = _plan(sequence, dialect, target.name.removesuffix(SUFFIX))
+    found = _plan(sequence, dialect, target.name.removesuffix(SUFFIX), options)
     size = len(found.slots) * _SCAN_BYTES + len(found.imu_ticks) * _IMU_BYTES
     for stream, image in sequence.info.images.items():
         if stream != "depth" and image.compression:
@@ -164,11 +164,12 @@ def _choices(options: WriteOptions) -> tuple[Dialect, Container]:
     return DIALECTS[name], container
 
 
-def _plan(sequence: Sequence, dialect: Dialect, stem: str) -> ScanPlan:
+def _plan(sequence: Sequence, dialect: Dialect, stem: str, options: WriteOptions) -> ScanPlan:
     if dialect.lossless:
         return plan_lossless(sequence)
     found = plan_converter(sequence)
-    return replace(found, losses=(*found.losses, *converter_name_losses(sequence, stem)))
+    named = converter_name_losses(sequence, stem, known_camera(sequence, options))
+    return replace(found, losses=(*found.losses, *named))
 
 
 def _groundtruth_text(sequence: Sequence) -> bytes:

@@ -18,7 +18,8 @@ from tumtools.cli import main as program
 from tumtools.cli import output
 from tumtools.cli.main import COMMANDS, run
 
-FULL = Path(__file__).parents[2] / "fixtures" / "full"
+ROOT = Path(__file__).parents[2]
+FULL = ROOT / "fixtures" / "full"
 
 
 @pytest.fixture(autouse=True)
@@ -186,16 +187,62 @@ def test_completion_is_printed_for_each_shell(shell: str, capsys: pytest.Capture
     assert "_TUMTOOLS_COMPLETE" in capsys.readouterr().out
 
 
-def test_completion_offers_the_commands() -> None:
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("tumtools co", {"plain,convert", "plain,completion"}),
+        ("tumtools evaluate r", {"plain,rpe"}),
+        ("tumtools info fr1/des", {"plain,fr1/desk", "plain,fr1/desk2"}),
+        ("tumtools info ful", {"file,ful"}),
+        ("tumtools validate --config x", {"file,x"}),
+        ("tumtools fetch --dest x", {"dir,x"}),
+        ("tumtools rules quaternion-o", {"plain,quaternion-order"}),
+    ],
+)
+def test_completion_offers_commands_names_and_files(typed: str, offered: set[str]) -> None:
+    asked = {"COMP_WORDS": typed, "COMP_CWORD": str(typed.count(" "))}
     done = subprocess.run(
         [sys.executable, "-m", "tumtools"],
-        env=os.environ
-        | {"_TUMTOOLS_COMPLETE": "bash_complete", "COMP_WORDS": "tumtools co", "COMP_CWORD": "1"},
+        env=os.environ | asked | {"_TUMTOOLS_COMPLETE": "bash_complete", "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,
+        cwd=FULL.parent,
     )
-    assert {"plain,convert", "plain,completion"} <= set(done.stdout.split())
+    assert offered <= set(done.stdout.split())
+
+
+@pytest.fixture
+def installed(tmp_path: Path) -> dict[str, str]:
+    """Return an environment with `tumtools` on the PATH."""
+    program = tmp_path / "bin" / "tumtools"
+    program.parent.mkdir()
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m tumtools "$@"\n')
+    program.chmod(0o755)
+    return os.environ | {"PATH": f"{program.parent}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
+
+
+def test_bash_completes_with_the_script(installed: dict[str, str]) -> None:
+    if shutil.which("bash") is None:
+        pytest.skip("bash is not installed")
+    script = """
+        eval "$(tumtools completion bash)"
+        COMP_WORDS=(tumtools validate --form) COMP_CWORD=2
+        _tumtools_completion tumtools --form validate
+        echo "${COMPREPLY[@]}"
+    """
+    done = subprocess.run(["bash", "-c", script], env=installed, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["--format"]
+
+
+def test_fish_completes_with_the_script(installed: dict[str, str]) -> None:
+    if shutil.which("fish") is None:
+        pytest.skip("fish is not installed")
+    script = 'tumtools completion fish | source; complete -C "tumtools info fr1/des"'
+    done = subprocess.run(
+        ["fish", "--no-config", "-c", script], env=installed, capture_output=True, text=True, check=True
+    )
+    assert {"fr1/desk", "fr1/desk2"} <= set(done.stdout.split())
 
 
 def test_formats_are_listed_for_people_and_programs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,10 +13,13 @@ SHELLS = ("bash", "zsh", "fish")
 @click.command(name="completion")
 @click.argument("shell", type=click.Choice(SHELLS))
 def command(shell: str) -> None:
-    """Print the completion script for a shell.
+    """Print the script with which a shell completes commands, options, files and names of sequences.
 
-    For bash, put it into ~/.bash_completion; for zsh, into a folder of $fpath as _tumtools; for fish, into
-    ~/.config/fish/completions/tumtools.fish.
+    bash 4.4 or newer: tumtools completion bash >> ~/.bash_completion
+
+    zsh: tumtools completion zsh > FOLDER/_tumtools, with a FOLDER of $fpath
+
+    fish: tumtools completion fish > ~/.config/fish/completions/tumtools.fish
     """
     from tumtools.cli.main import cli
 

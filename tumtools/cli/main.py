@@ -16,6 +16,7 @@ import click
 
 from tumtools import __version__
 from tumtools.cli import output
+from tumtools.cli.complete import complete_places
 from tumtools.cli.verbosity import offer, verbosity_options
 from tumtools.errors import InternalError, OutputError, TumtoolsError, UsageError
 
@@ -58,7 +59,8 @@ class _LazyGroup(click.Group):
         del ctx
         if cmd_name not in COMMANDS:
             return None
-        return offer(cast("click.Command", import_module(f"tumtools.cli.{cmd_name}").command))
+        command = cast("click.Command", import_module(f"tumtools.cli.{cmd_name}").command)
+        return complete_places(offer(command))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import click
 
 from tumtools.cli import options, output
+from tumtools.cli.complete import RuleType
 
 if TYPE_CHECKING:
     from tumtools.validate.rule import Rule
 
 
 @click.command(name="rules")
-@click.argument("code", required=False)
+@click.argument("code", required=False, type=RuleType())
 @options.json_option
 def command(code: str | None, as_json: bool) -> None:
     """List the rules of `validate`, or explain the rule CODE (a code or a name)."""

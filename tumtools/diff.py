@@ -13,7 +13,7 @@ import numpy as np
 from tumtools.digest import canonical_pixels
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images.parallel import ordered_map
-from tumtools.model.sequence import IMAGE_STREAMS, STREAMS
+from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, WHOLE_SEQUENCE
 from tumtools.model.text import default_layout
 from tumtools.model.time import format_stamp
 
@@ -56,7 +56,7 @@ class Difference:
     """One way in which two sequences differ.
 
     Attributes:
-        stream: Which stream.
+        stream: Which stream; `sequence` for what concerns all of it.
         what: `stream`, `count`, `stamps`, `values`, `size`, `encoding`, `pixels`, `text`, `calibration`
             or `camera`.
         count: How many rows, images, or (for pixels) images with differing pixels.
@@ -144,8 +144,8 @@ def diff(
     )
     found += image_differences
     found += _diff_cameras(a, b)
-    order = {stream: number for number, stream in enumerate(STREAMS)}
-    return Comparison(tuple(sorted(found, key=lambda one: order[one.stream])), images, pixels, rows)
+    order = [WHOLE_SEQUENCE, *STREAMS]
+    return Comparison(tuple(sorted(found, key=lambda one: order.index(one.stream))), images, pixels, rows)
 
 
 def _has(sequence: Sequence, stream: str) -> bool:
@@ -286,8 +286,7 @@ def _diff_cameras(a: Sequence, b: Sequence) -> Iterator[Difference]:
         if first != second and stream in a.info.images and stream in b.info.images:
             shown = [f"fx {camera.k[0]:g}" if camera else "that of the camera" for camera in (first, second)]
             yield Difference(stream, "calibration", 1, " and ".join(shown))
-    if a.info.camera != b.info.camera and a.info.images:
-        stream = next(iter(a.info.images))
-        yield Difference(
-            stream, "camera", 1, f"{a.info.camera or 'unknown'} and {b.info.camera or 'unknown'}"
-        )
+    if a.info.camera != b.info.camera:
+        stream = next(iter(a.info.images), WHOLE_SEQUENCE)
+        shown = [sequence.info.camera or "unknown" for sequence in (a, b)]
+        yield Difference(stream, "camera", 1, " and ".join(shown))

@@ -62,27 +62,28 @@ def expected(variant: Variant, sequence: Sequence) -> Expected:
         losses.update(
             (stream, f"frame id {name}", 1, None) for stream, name in sequence.info.frame_ids.items()
         )
-        if sequence.info.licence is not None:
+        told = variant.format == "tum" and _is_told(sequence, "rgbd_dataset_freiburg")
+        if sequence.info.licence is not None and not told:
             losses["sequence", "licence and citation", 1, None] += 1
     if variant.format == "tum":
         losses.update((stream, "calibration", 1, None) for stream in sequence.cameras)
-        if not _name_tells_camera(sequence):
-            losses[next(iter(sequence.info.images)), f"camera {sequence.info.camera}", 1, None] += 1
+        camera = sequence.info.camera
+        if camera is not None and not _is_told(sequence, f"freiburg{camera[-1]}_"):
+            losses[next(iter(sequence.info.images), "sequence"), f"camera {camera}", 1, None] += 1
     if variant.option("dialect") == "converter":
         losses.update(_converter(sequence))
     return Expected(losses, frozenset(_asked(variant, sequence)))
 
 
-def _name_tells_camera(sequence: Sequence) -> bool:
-    """Tell whether the header lines name the camera; the names of the targets here do not."""
-    if sequence.info.camera is None or not sequence.info.images:
-        return True
-    streams = set(sequence.info.images) | {"groundtruth", "accelerometer"}
+def _is_told(sequence: Sequence, part: str) -> bool:
+    """Tell whether the header lines of the text files name the sequence so; names of the targets do not."""
+    signals = {"groundtruth": sequence.groundtruth, "accelerometer": sequence.accelerometer}
+    streams = [*sequence.info.images, *(name for name, signal in signals.items() if signal is not None)]
     known = [sequence.info.text[stream].head for stream in streams if stream in sequence.info.text]
     named = [head for head in known if "# file: '" in head]
-    if not named and len(known) < len(sequence.info.images):
-        named = [sequence.info.name]
-    return any(f"freiburg{sequence.info.camera[-1]}_" in head for head in named)
+    if len(known) < len(streams):
+        named.append(sequence.info.name)  # the header that is made for a file that has none yet
+    return any(part in head for head in named)
 
 
 def _asked(variant: Variant, sequence: Sequence) -> Iterator[tuple[str, str]]:
@@ -93,7 +94,7 @@ def _asked(variant: Variant, sequence: Sequence) -> Iterator[tuple[str, str]]:
         if stream not in sequence.info.text and _differ_at_one_stamp(sequence, stream, stamps):
             yield stream, "text"  # the names of their files are made up so that they differ
     if variant.option("camera") is not None and variant.option("camera") != sequence.info.camera:
-        yield from ((stream, "calibration") for stream in sequence.info.images)
+        yield next(iter(sequence.info.images), "sequence"), "camera"
 
 
 def _differ_at_one_stamp(sequence: Sequence, stream: str, stamps: npt.NDArray[np.int64]) -> bool:

@@ -121,7 +121,7 @@ def check_same(before: Sequence, after: Sequence, wanted: Expected) -> tuple[int
         for found in result.differences
         if found.stream not in lossy and (found.stream, found.what) not in wanted.asked
     ]
-    assert unexpected == []
+    assert unexpected == [], unexpected
     assert wanted.asked <= {(found.stream, found.what) for found in result.differences}
     return result.images, result.pixels, _bytes(before, one)
 

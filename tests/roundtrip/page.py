@@ -34,7 +34,7 @@ REFUSED: Final = "refused"
 
 _ASKED: Final = {
     "stream": "{} left out as asked",
-    "calibration": "calibration of {} as asked",
+    "camera": "camera as asked",
     "text": "names of files of {} made up",
 }
 

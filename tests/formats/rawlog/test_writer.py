@@ -181,7 +181,7 @@ def test_own_intrinsics_come_back_whole_and_defaults_are_not_taken_for_them(tmp_
     with opened(written(source, tmp_path / "b")) as sequence:
         assert sequence.cameras == {"rgb": own}
     with opened(written(source, tmp_path / "c", camera="fr1")) as sequence:
-        assert sequence.cameras["rgb"] == calibration("fr1", "rgb", 8, 6)
+        assert (sequence.info.camera, sequence.cameras) == ("fr1", {})
 
 
 def test_depth_in_other_units_is_kept_as_it_is(tmp_path: Path) -> None:

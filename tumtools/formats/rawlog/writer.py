@@ -44,7 +44,7 @@ from tumtools.formats.rawlog.store import Store, Stored
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images import depth
 from tumtools.images.parallel import ordered_map
-from tumtools.model.camera import CAMERAS, ROS_DEFAULT, calibration
+from tumtools.model.camera import ROS_DEFAULT, calibration
 from tumtools.model.digest import to_strings
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE, Loss
 from tumtools.model.text import default_layout
@@ -353,16 +353,11 @@ def _notes(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> comme
         remainders = tuple(rest.tolist()) if rest.any() else ()
     if sequence.groundtruth is not None:
         places["groundtruth"] = GROUNDTRUTH_FILE
-    asked = {
-        stream: calibration(options.camera, stream, image.width, image.height)
-        for stream, image in info.images.items()
-        if options.camera in CAMERAS and image.width
-    }
     return comment.Notes(
         metadata=metadata.gather(sequence, places, options.camera),
         dialect=dialect.name,
         counts=counts,
         frame_ids=dict(info.frame_ids),
         accelerometer_remainders_ns=remainders,
-        cameras={**sequence.cameras, **asked, **options.cameras},
+        cameras={**({} if options.camera else sequence.cameras), **options.cameras},
     )

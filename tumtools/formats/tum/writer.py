@@ -119,9 +119,10 @@ def _losses(sequence: Sequence, layouts: Mapping[str, TextLayout], target: Path)
 def _losses_of_name(sequence: Sequence, name: str) -> Iterator[Loss]:
     """Tell of what the layout keeps only by a name: that in a header, or else that of the target."""
     info = sequence.info
-    if info.images and info.camera is not None and camera_of_name(name) != info.camera:
+    if info.camera is not None and camera_of_name(name) != info.camera:
         why = "the layout tells the camera only by the name of the sequence"
-        yield Loss(next(iter(info.images)), f"camera {info.camera}", 1, why, alters=("camera",))
+        stream = next(iter(info.images), WHOLE_SEQUENCE)
+        yield Loss(stream, f"camera {info.camera}", 1, why, alters=("camera",))
     if info.licence is not None and licence_of_name(name) != (info.licence, info.citation):
         why = "the layout has no place for it"
         yield Loss(WHOLE_SEQUENCE, "licence and citation", 1, why, alters=("licence",))

@@ -27,18 +27,16 @@ def test_the_digest_is_as_documented() -> None:
                 sha.update(struct.pack(f"<q{len(values)}d", stamp, *values))
             count = len(signal)
         else:
-            kind = {"rgb": "rgb8", "ir": "mono8", "depth": "depth"}[stream]
+            kind = {"rgb": "rgb8", "ir": "mono8", "depth": "depth-counts"}[stream]
             rows = sorted(sequence.images([stream]), key=lambda frame: frame.row)
             for frame in rows:
                 image = frame.load()
                 data = pixels_of(image)
-                if stream == "depth":
-                    data = np.array([count / 5000 for count in data.ravel().tolist()], "<f4")
                 head = f"{kind} {image.width} {image.height}\n".encode()
                 sha.update(struct.pack("<q", frame.stamp) + hashlib.sha256(head + data.tobytes()).digest())
             count = len(rows)
         lines.append(f"{stream} {count} {sha.hexdigest()}\n")
-    whole = hashlib.sha256(("tumtools-digest 1\n" + "".join(lines)).encode()).hexdigest()
+    whole = hashlib.sha256(("tumtools-digest 2\n" + "".join(lines)).encode()).hexdigest()
     assert digest(sequence).value == whole
 
 
@@ -58,12 +56,24 @@ def test_depth_is_the_same_in_counts_millimetres_and_metres() -> None:
     assert len({pixel_digest(image) for image in images}) == 1
 
 
+def test_depth_that_is_no_whole_number_of_counts_is_hashed_in_metres() -> None:
+    values = np.array([[1.0, np.nan, 1.00001]], np.float32)
+    head = b"depth-metres 3 1\n"
+    wanted = hashlib.sha256(head + np.array([1.0, 0.0, 1.00001], "<f4").tobytes()).digest()
+    assert pixel_digest(image_of_pixels(values, "32FC1", 1.0)) == wanted
+    millimetres = np.array([[1, 65_535]], np.uint16)
+    wanted = hashlib.sha256(b"depth-metres 2 1\n" + np.array([0.001, 65.535], "<f4").tobytes()).digest()
+    assert pixel_digest(image_of_pixels(millimetres, "16UC1", 1000.0)) == wanted
+
+
 def test_every_float_that_is_no_reading_is_zero_and_all_others_are_kept() -> None:
     values = np.array([[np.nan, -0.0, 0.0, 1.0, -1.0, np.inf, -np.inf, 1e-45, 3e38]], np.float32)
-    values.view(np.uint32)[0, 0] = 0xFF800001  # another NaN
-    found = canonical_pixels(image_of_pixels(values, "32FC1", 1.0))[1]
+    values.view(np.uint32)[0, 0] = 0xFF80FFFF  # another NaN
+    kind, found = canonical_pixels(image_of_pixels(values, "32FC1", 1.0))
     wanted = np.array([[0.0, 0.0, 0.0, 1.0, -1.0, np.inf, -np.inf, 1e-45, 3e38]], np.float32)
-    assert found.tobytes() == wanted.tobytes()
+    assert (kind, found.tobytes()) == ("depth-metres", wanted.tobytes())
+    kind, found = canonical_pixels(image_of_pixels(values[:, :4], "32FC1", 1.0))
+    assert (kind, found.tolist()) == ("depth-counts", [[0, 0, 0, 5000]])
 
 
 def test_the_order_of_channels_is_no_matter() -> None:

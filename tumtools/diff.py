@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.digest import canonical_pixels
+from tumtools.digest import canonical_pixels, depth_in_metres
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images.parallel import ordered_map
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, WHOLE_SEQUENCE
@@ -264,20 +264,23 @@ def _diff_pair(a: Image, b: Image, limits: Tolerances) -> _Pair:
     if (a.width, a.height) != (b.width, b.height):
         return _Pair("size", 0, f": {a.width}x{a.height} and {b.width}x{b.height}")
     (kind_a, first), (kind_b, second) = canonical_pixels(a), canonical_pixels(b)
-    if kind_a != kind_b:
+    if kind_a == kind_b and np.array_equal(first, second):
+        return _Pair("", pixels)
+    # Depth is float32 metres: what is as large as the limit but for rounding is within it.
+    limit, unit = limits.depth + (_FLOAT32_ROUNDING if limits.depth else 0.0), "m"
+    if a.depth_units_per_metre is not None and b.depth_units_per_metre is not None:
+        first, second = depth_in_metres(a), depth_in_metres(b)
+    elif kind_a != kind_b:
         return _Pair("encoding", 0, f": {a.encoding} and {b.encoding}")
-    error = np.abs(first.astype(np.float64) - second.astype(np.float64))
-    limit: float = limits.colour
-    if kind_a == "depth":
-        # Depth is float32 metres: what is as large as the limit but for rounding is within it.
-        limit = limits.depth + (_FLOAT32_ROUNDING if limits.depth else 0.0)
-    differing = error > limit
-    count = int(np.count_nonzero(differing.reshape(pixels, -1).any(axis=1)))
+    else:
+        limit, unit = limits.colour, "levels"
+    with np.errstate(invalid="ignore"):
+        error = np.abs(first.astype(np.float64) - second.astype(np.float64))
+    error[np.isnan(error)] = 0.0  # two infinities
+    count = int(np.count_nonzero((error > limit).reshape(pixels, -1).any(axis=1)))
     if not count:
         return _Pair("", pixels)
-    if kind_a == "depth":
-        return _Pair("pixels", pixels, f" ({count} pixels)", float(np.nanmax(error)), "m")
-    return _Pair("pixels", pixels, f" ({count} pixels)", float(error.max()), "levels")
+    return _Pair("pixels", pixels, f" ({count} pixels)", float(error.max()), unit)
 
 
 def _diff_cameras(a: Sequence, b: Sequence) -> Iterator[Difference]:

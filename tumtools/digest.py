@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""A content digest that does not depend on the format; defined in docs/reference/digest.md, version 1.
+"""A content digest that does not depend on the format; defined in docs/reference/digest.md, version 2.
 
 Equal digests mean equal streams: the same stamps to the nanosecond, the same values to the bit and the
 same pixels, in whichever container and encoding they are kept.
@@ -16,9 +16,10 @@ import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.images.codec import canonical, pixels_of
-from tumtools.images.depth import divided
+from tumtools.images.depth import divided, exact_counts
 from tumtools.images.parallel import ordered_map
-from tumtools.model.digest import digest_of_images, digest_of_rows
+from tumtools.model.digest import VERSION, digest_of_images, digest_of_rows
+from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from tumtools.model.image import Image
     from tumtools.model.sequence import Frame, Sequence
 
-VERSION: Final = 1
 _MAGNITUDE: Final = np.uint32(0x7FFFFFFF)
 _INFINITY: Final = np.uint32(0x7F800000)
 """Bits of float32: all but the sign, and those of infinity, above which is NaN."""
@@ -75,15 +75,27 @@ class Digest:
 def canonical_pixels(image: Image) -> tuple[str, npt.NDArray[np.generic]]:
     """Return the kind and the pixels that represent an image in the digest.
 
-    Depth is metres as little-endian float32 with 0 for "no reading", colour has the order R G B (A).
+    Depth is counts of 1/5000 m as uint16 if it is exactly that, whatever unit it came in, and metres as
+    little-endian float32 if not; 0 is "no reading". Colour has the order R G B (A).
     """
     pixels = pixels_of(image)
-    if image.depth_units_per_metre is None:
+    units = image.depth_units_per_metre
+    if units is None:
         ordered, encoding = canonical(pixels, image.encoding)
         return encoding, ordered
+    if image.encoding != "32FC1" and units == TUM_DEPTH_UNITS_PER_METRE:
+        return "depth-counts", pixels.astype("<u2", copy=False)
+    metres = depth_in_metres(image, pixels)
+    counts = exact_counts(metres, TUM_DEPTH_UNITS_PER_METRE)
+    return ("depth-metres", metres) if counts is None else ("depth-counts", counts)
+
+
+def depth_in_metres(image: Image, pixels: npt.NDArray[np.generic] | None = None) -> npt.NDArray[np.float32]:
+    """Return depth as float32 metres, 0 for "no reading"; the pixels are those of the image unless told."""
+    pixels = pixels_of(image) if pixels is None else pixels
     if image.encoding == "32FC1":
-        return "depth", _canonical_metres(np.ascontiguousarray(pixels, "<f4"))
-    return "depth", divided(pixels.astype(np.uint16, copy=False), image.depth_units_per_metre)
+        return _canonical_metres(np.ascontiguousarray(pixels, "<f4"))
+    return divided(pixels.astype(np.uint16, copy=False), image.depth_units_per_metre or 1.0)
 
 
 def _canonical_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

@@ -252,7 +252,7 @@ def test_cache_list_verify_and_prune(cli: Cli) -> None:
     digest = cli.json("cache", "list")["sequences"][0]["digest"]
     content = sequence_files()["rgbd_dataset_mini/rgb/1305031102.175304.png"]
     value = hashlib.sha256(struct.pack("<q", 1305031102175304000) + hashlib.sha256(content).digest())
-    assert digest == {"version": "1", "rgb": f"1 files {value.hexdigest()}"}
+    assert digest == {"version": "2", "rgb": f"1 files {value.hexdigest()}"}
 
     image = next((cli.place.cache / "mini_one" / "rgb").iterdir())
     image.write_bytes(image.read_bytes()[:-1] + b"x")

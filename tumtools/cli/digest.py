@@ -51,7 +51,8 @@ def command(
 
 
 def _print_digest(source: str, sequence: Sequence, jobs: int, *, deep: bool, as_json: bool) -> None:
-    from tumtools.digest import VERSION, digest
+    from tumtools.digest import digest
+    from tumtools.model.digest import VERSION
 
     frames = sum(info.count for info in sequence.info.images.values())
     with output.progress_bar("digest", frames) as bar:

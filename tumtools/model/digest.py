@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Kind = Literal["pixels", "files", "rows"]
 
-VERSION: Final = "1"
+VERSION: Final = 2
 _ENTRY: Final = re.compile(r"(\d{1,18}) (pixels|files|rows) ([0-9a-f]{64})")
 
 
@@ -57,12 +57,12 @@ def digest_of_images(images: Iterable[tuple[int, bytes]]) -> str:
 def to_strings(streams: Mapping[str, KeptDigest]) -> dict[str, str]:
     """Return the digest as strings, which every container can hold."""
     lines = {name: f"{one.count} {one.of} {one.value}" for name, one in sorted(streams.items())}
-    return {"version": VERSION, **lines}
+    return {"version": str(VERSION), **lines}
 
 
 def from_strings(strings: Mapping[str, str]) -> dict[str, KeptDigest] | None:
     """Read what `to_strings` wrote; None if it is of another version or damaged, and so proves nothing."""
-    if strings.get("version") != VERSION:
+    if strings.get("version") != str(VERSION):
         return None
     found = {}
     for name, text in strings.items():

@@ -158,7 +158,7 @@ def test_observations_without_a_time_are_left_out_and_warned_of(tmp_path: Path) 
 
 def test_a_time_beyond_the_range_is_damage(tmp_path: Path) -> None:
     path = save(tmp_path / "a.rawlog", imu(), imu(2**64 - 1))
-    with pytest.raises(InputError, match=r"object 1, offset.*beyond the year 2262"):
+    with pytest.raises(InputError, match=r"object 1, offset.*not within the years 1678 to 2262"):
         opened(path)
 
 

@@ -126,6 +126,7 @@ class Input:
 
     Attributes:
         context: What is being read, for messages.
+        latest: Nested objects by the name of their field, the latest of each: its bytes, and what they say.
 
     """
 
@@ -136,6 +137,7 @@ class Input:
         self._base = 0
         self.path = path
         self.context = ""
+        self.latest: dict[str, tuple[bytes, Record]] = {}
 
     @property
     def offset(self) -> int:
@@ -159,6 +161,10 @@ class Input:
     def peek(self, size: int) -> memoryview:
         """Return up to so many of the next bytes without reading them."""
         self._refill(size)
+        return self.at_hand(size)
+
+    def at_hand(self, size: int) -> memoryview:
+        """Return up to so many of the next bytes without reading them, nor anything from the file."""
         return self._buffer[self._position : self._position + size]
 
     def take(self, size: int) -> memoryview:
@@ -185,6 +191,19 @@ class Input:
         view = self._buffer[self._position : end]
         self._position = end
         return view
+
+    def skip(self, data: bytes) -> bool:
+        """Read so many bytes if they are these; tell whether they are."""
+        end = self._position + len(data)
+        if self._buffer[self._position : end] != data:
+            return False
+        self._position = end
+        return True
+
+    def since(self, offset: int) -> bytes:
+        """Return what was read since an offset; nothing if it is not all at hand any more."""
+        start = offset - self._base
+        return bytes(self._buffer[start : self._position]) if start >= 0 else b""
 
     def bytes_left(self) -> int:
         """Return an upper bound of the bytes left."""
@@ -225,6 +244,12 @@ class Input:
         return have >= size
 
 
+@lru_cache(maxsize=256)
+def _class_name(raw: bytes) -> str:
+    """Return the name of a class; empty if it cannot be one."""
+    return raw.decode("latin-1") if _CLASS_NAME.fullmatch(raw) else ""
+
+
 @dataclass(frozen=True, slots=True)
 class Header:
     """The beginning of an object."""
@@ -254,9 +279,9 @@ def read_header(source: Input) -> Header:
     if not 0 < length <= MAX_NAME:
         source.fail(f"no object begins here: a class name of {length} letters, expected 1 to {MAX_NAME}")
     raw = bytes(source.take(length))
-    if not _CLASS_NAME.fullmatch(raw):
+    name = _class_name(raw)
+    if not name:
         source.fail(f"no object begins here: {raw[:40]!r} is no class name")
-    name = raw.decode("latin-1")
     if name in {NULL, EMPTY}:
         return Header(name, 0, offset, old)
     return Header(name, source.u32() if old else source.u8(), offset, old)

@@ -12,6 +12,7 @@ import numpy as np
 from tumtools.formats.rawlog import intrinsics
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.classes import CODEC
+from tumtools.formats.rawlog.runs import places
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -235,9 +236,8 @@ class ImuRows:
             label=IMU_LABEL,
         )
         self._template = np.frombuffer(CODEC.encode(record), np.uint8)
-        # From the end: end mark, label with its length, values, before version 4 their count, time.
-        self._values = len(self._template) - 1 - (4 + len(IMU_LABEL)) - 8 * count
-        self._time = self._values - 8 - (4 if version < 4 else 0)  # noqa: PLR2004 - see above
+        time, values = places(version, IMU_LABEL, 8 * count)
+        self._time, self._values = len(self._template) + time, len(self._template) + values
 
     def encode(self, ticks: npt.NDArray[np.int64], values: npt.NDArray[np.float64]) -> bytes:
         """Return the objects of some rows, one after another.

@@ -28,6 +28,8 @@ Count = int | str | Callable[["Fields"], int]
 
 MAX_DEPTH: Final = 16
 """Objects within objects; real files have 4."""
+_MOST_REMEMBERED: Final = 1024
+"""Bytes of an object that is kept to be compared with the next one."""
 MAX_ITEMS: Final = 2**20
 """Objects in one collection, or entries in one map."""
 
@@ -213,7 +215,21 @@ class Codec:
             if isinstance(step, _Numbers):
                 fields.update(zip(step.names, source.unpack(step.layout), strict=True))
             elif step.when is None or step.when(fields):
-                fields[step.name] = self._read_value(source, step.kind, fields, depth)
+                if isinstance(step.kind, Child):
+                    fields[step.name] = self._read_child(source, step.name, depth)
+                else:
+                    fields[step.name] = self._read_value(source, step.kind, fields, depth)
+
+    def _read_child(self, source: Input, name: str, depth: int) -> Record:
+        """Read an object of an object; poses and cameras are mostly those of the observation before."""
+        offset = source.offset
+        data, latest = source.latest.get(name, (b"", None))
+        if latest is not None and source.skip(data):
+            return Record(latest.name, latest.version, latest.fields, offset, latest.old_framing)
+        record = self.read(source, depth + 1)
+        if source.offset - offset <= _MOST_REMEMBERED and (data := source.since(offset)):
+            source.latest[name] = data, record
+        return record
 
     def _read_value(self, source: Input, kind: Kind, fields: Fields, depth: int) -> Value:
         match kind:

@@ -13,6 +13,7 @@ from tumtools.formats.rawlog import archive
 from tumtools.formats.rawlog.archive import Input, Record
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.compression import Container, Pieces
+from tumtools.formats.rawlog.runs import Run, read_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,7 +54,13 @@ class Objects:
     progress: Progress = field(default_factory=Progress)
 
     def __iter__(self) -> Iterator[Record]:
-        """Yield the objects.
+        """Yield the objects; raises as `in_runs` does."""
+        for item in self._read(runs=False):
+            if isinstance(item, Record):
+                yield item
+
+    def in_runs(self) -> Iterator[Record | Run]:
+        """Yield the objects; those that are like the one before them together.
 
         Raises:
             MissingInputError: There is no such file.
@@ -61,18 +68,25 @@ class Objects:
             UnsupportedInputError: A class that is not read.
 
         """
+        return self._read(runs=True)
+
+    def _read(self, *, runs: bool) -> Iterator[Record | Run]:
         with closing(Pieces(self.path)) as pieces:
             source = Input(pieces, str(self.path))
             self.progress = Progress(pieces.container, pieces.size)
-            for record in top_level(source):
-                self.progress.objects += 1
+            for item in top_level(source, runs=runs):
+                self.progress.objects += len(item) if isinstance(item, Run) else 1
                 self.progress.inflated = source.offset
-                yield record
+                yield item
             self.progress.inflated = source.offset
 
 
-def top_level(source: Input) -> Iterator[Record]:
+def top_level(source: Input, *, runs: bool = False) -> Iterator[Record | Run]:
     """Yield the objects of a stream, a `CRawlog` as what it contains.
+
+    Args:
+        source: The stream.
+        runs: Read objects that are like the one before them together, outside of a `CRawlog`.
 
     Raises:
         InputError: Damage, with number and offset of the object.
@@ -83,8 +97,12 @@ def top_level(source: Input) -> Iterator[Record]:
         source.context = f"object {number}"
         header = archive.read_header(source)
         if archive.class_of(header.name) != "CRawlog":
-            yield CODEC.read_body(source, header)
+            record = CODEC.read_body(source, header)
+            yield record
             number += 1
+            if runs and (run := read_run(source, record)):
+                yield run
+                number += len(run)
             continue
         CODEC.check(header, source)
         for _ in range(source.u32()):

@@ -14,7 +14,7 @@ from tumtools.formats.rawlog import comment, observations
 from tumtools.formats.rawlog.archive import class_of
 from tumtools.formats.rawlog.objects import Objects
 from tumtools.formats.rawlog.pictures import Picture, pictures_of
-from tumtools.model.time import ticks_to_stamp
+from tumtools.formats.rawlog.runs import TICKS, Run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from tumtools.formats.rawlog.archive import Record
     from tumtools.model.camera import CameraInfo
 
-_INT64_LIMIT: Final = 2**63
 _WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage", "CObservationIMU"})
 _COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
 
@@ -47,12 +46,12 @@ class Sensor:
     first_ticks: int = 0
     last_ticks: int = 0
 
-    def add(self, ticks: int) -> None:
-        """Count an observation; 0 ticks is no time."""
-        self.count += 1
-        if ticks:
-            self.first_ticks = min(self.first_ticks or ticks, ticks)
-            self.last_ticks = max(self.last_ticks, ticks)
+    def add(self, count: int, first: int, last: int) -> None:
+        """Count observations between two times; 0 ticks is no time."""
+        self.count += count
+        if first:
+            self.first_ticks = min(self.first_ticks or first, first)
+            self.last_ticks = max(self.last_ticks, last)
 
 
 @dataclass(slots=True)
@@ -133,14 +132,14 @@ class Survey:
             if observation is not record:
                 self.classes[observation.name, observation.version] += 1
             label, ticks = observation.text("label"), observation.integer("time")
-            if observation.type in _WITH_STREAMS and ticks and abs(ticks_to_stamp(ticks)) >= _INT64_LIMIT:
+            if observation.type in _WITH_STREAMS and ticks and ticks not in TICKS:
                 raise InputError(
-                    f"{observation.name} has the time {ticks}, beyond the year 2262",
+                    f"{observation.name} has the time {ticks}, not within the years 1678 to 2262",
                     path=self.objects.path,
                     location=f"object {number}, offset {observation.offset}",
                     hint="the file is damaged; with --salvage what is before this object is read",
                 )
-            self.sensors.setdefault((observation.type, label), Sensor()).add(ticks)
+            self.sensors.setdefault((observation.type, label), Sensor()).add(1, ticks, ticks)
             imu = observations.imu_of(observation) if observation.type == "CObservationIMU" else None
             for what in observations.not_carried(observation, imu):
                 self.not_carried[label, what] += 1
@@ -154,6 +153,20 @@ class Survey:
                 self._add_comment(observation.text("text"))
             elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
                 self.euclidean[label] += 1
+
+    def add_run(self, run: Run) -> None:
+        """Take objects in that are like the one before them but for time and values."""
+        record, label = run.record, run.record.text("label")
+        self.classes[record.name, record.version] += len(run)
+        sensor = self.sensors[record.type, label]
+        sensor.add(len(run), int(run.ticks.min()), int(run.ticks.max()))
+        imu = observations.imu_of(record)
+        for what in observations.not_carried(record, imu):
+            self.not_carried[label, what] += len(run)
+        if imu.has_acceleration:
+            rows = self.accelerations.setdefault(label, Accelerations())
+            rows.ticks.frombytes(run.ticks.tobytes())
+            rows.values.frombytes(run.values[:, :3].tobytes())
 
     def candidates(self) -> dict[str, Counter[str]]:
         """Return the labels that give each stream, with the number of its images or rows."""
@@ -214,9 +227,13 @@ def survey(path: Path) -> Survey:
     objects = Objects(path)
     result = Survey(objects)
     try:
-        for number, record in enumerate(objects):
-            result.add(number, record)
-            result.count = number + 1
+        for item in objects.in_runs():
+            if isinstance(item, Run):
+                result.add_run(item)
+                result.count += len(item)
+            else:
+                result.add(result.count, item)
+                result.count += 1
     except FileNotFoundError:
         raise
     except InputError as error:

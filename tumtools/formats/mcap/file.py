@@ -25,6 +25,7 @@ from tumtools.formats.mcap.records import (
     Op,
 )
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
+from tumtools.formats.ros.pages import Pages
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,9 +40,6 @@ _CHUNK_INDEX: Final = struct.Struct("<QQQQ")
 """First and last log time, offset and size of the chunk's record."""
 _STATISTICS: Final = struct.Struct("<QHIIIIQQ")
 """Counts of messages, schemas, channels, attachments, metadata records, chunks; first and last log time."""
-_RELEASE_BYTES: Final = 1 << 24
-TOUCHED_BYTES: Final = 1 << 16
-"""What the system maps around a small record that is read."""
 _DAMAGED: Final = "the file is damaged; get it again, or leave this chunk out with --salvage"
 _CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
 
@@ -87,6 +85,8 @@ class McapFile:
         salvage: Read up to the damage and warn, where it would be an error.
 
     Attributes:
+        data: The file, mapped.
+        pages: To be told of what is read of it.
         schemas: By number.
         channels: By number.
         chunks: In the order of the file.
@@ -105,14 +105,14 @@ class McapFile:
         self.path = str(path)
         try:
             with path.open("rb") as file:
-                self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+                mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         except OSError as error:
             raise InputError(f"cannot read: {error.strerror}", path=path) from error
         except ValueError as error:
             hint = "its recording or download was cut off"
             raise InputError("the file is empty (0 bytes)", path=path, hint=hint) from error
-        self.data = memoryview(self._map)
-        self._read = 0
+        self.data = memoryview(mapped)
+        self.pages = Pages(mapped)
         self._salvage = salvage
         self.warnings: list[str] = []
         self.notes: dict[str, Mapping[str, str]] = {}
@@ -165,13 +165,6 @@ class McapFile:
         self._metadata_records = 0
         self._side_records = (0, 0)
         self._statistics_offset = 0
-
-    def note_read(self, nbytes: int) -> None:
-        """Let go of the pages of the file now and then; those that are read again come back by themselves."""
-        self._read += nbytes
-        if self._read > _RELEASE_BYTES:
-            self._map.madvise(mmap.MADV_DONTNEED)
-            self._read = 0
 
     def error(self, message: str, offset: int, hint: str | None = None) -> InputError:
         """Return an error at an offset of this file."""
@@ -255,7 +248,7 @@ class McapFile:
                 if op == Op.CHUNK:
                     self._scan_chunk(offset)
                 elif op == Op.MESSAGE:
-                    self.note_read(TOUCHED_BYTES)
+                    self.pages.read(offset, following - offset)
                     self._note_loose(content, offset)
                 else:
                     self._take_record(op, content, offset)
@@ -368,7 +361,7 @@ class McapFile:
             raise self.error(
                 f"the chunk says it has {size} bytes; none has more than {_MAX_CHUNK_BYTES}", offset
             )
-        self.note_read(len(packed))
+        self.pages.read(offset, len(packed))
         records = self._unpack(packed, compression, size, offset)
         if len(records) != size:
             raise self.error(f"the chunk has {len(records)} bytes, its header says {size}", offset)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InputError
-from tumtools.formats.mcap.file import LOOSE, TOUCHED_BYTES, McapFile
+from tumtools.formats.mcap.file import LOOSE, McapFile
 from tumtools.formats.mcap.records import CHUNK_HEADER, MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 from tumtools.formats.ros.definitions import full_name
@@ -116,8 +116,8 @@ class McapRecording(Recording):
         if not offsets:
             yield from self._index_by_reading(number)
         for channel, offset in offsets.items():
-            self._file.note_read(TOUCHED_BYTES)
-            op, content, _ = self._file.record(offset, len(self._file.data))
+            op, content, following = self._file.record(offset, len(self._file.data))
+            self._file.pages.read(offset, following - offset)
             fields = Fields(content, offset + RECORD_HEADER.size, self.path)
             if op != Op.MESSAGE_INDEX or fields.number("H") != channel:
                 raise self._file.error(f"there is no message index of channel {channel} here", offset)
@@ -174,7 +174,7 @@ class McapRecording(Recording):
                 )
                 raise self._wrong(chunk, message, offset, "the file is damaged; get it again")
             if chunk == LOOSE:
-                self._file.note_read(length)
+                self._file.pages.read(offset, length)
             yield RawMessage(by_id[channel], time, records[offset + _HEAD.size : end])
 
     def _wrong(self, chunk: int, message: str, offset: int, hint: str | None = None) -> InputError:
@@ -194,6 +194,7 @@ class McapRecording(Recording):
         start = self._file.chunks[number].offset + RECORD_HEADER.size
         if start + CHUNK_HEADER.size > len(self._file.data):
             return False
+        self._file.pages.read(start, CHUNK_HEADER.size)
         _, _, size, _ = CHUNK_HEADER.unpack_from(self._file.data, start)
         return int(size) <= _CACHED_BYTES // _CACHED_CHUNKS
 

@@ -108,7 +108,7 @@ def _from_index(file: Block, header: Record, index_at: int) -> BagIndex:
         chunk = parse_chunk(read_record(file, _chunk_offset(info, index_at)))
         entries += _index_of_chunk(file, chunk, len(chunks), info, connections)
         chunks.append(chunk)
-        file.passed(chunk.end - chunk.start)
+        file.passed(chunk.start, chunk.end - chunk.start)
     return BagIndex(connections, chunks, np.concatenate(entries) if entries else np.empty(0, ENTRY))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
 from tumtools.formats.ros.messages import STRING
+from tumtools.formats.ros.pages import Pages
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag1.index import read_index
 from tumtools.formats.rosbag1.records import Block, Op, read_record
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 
 _CACHE_BYTES: Final = 16 * 2**20
 """Contents of chunks kept; messages that lie next to each other in time are in few chunks."""
-_RELEASE_BYTES: Final = 32 * 2**20
-"""The pages of the file are given back after so many bytes, or they would count as our memory."""
 _THREADS: Final = 2
 
 
@@ -129,20 +128,6 @@ class BagRecording(Recording):
         return None, None
 
 
-class _Pages:
-    """Gives the pages of a mapped file back from time to time; those that are read again come back."""
-
-    def __init__(self, mapped: mmap.mmap) -> None:
-        self._map = mapped
-        self._passed = 0
-
-    def passed(self, nbytes: int) -> None:
-        self._passed += nbytes
-        if self._passed > _RELEASE_BYTES:
-            self._map.madvise(mmap.MADV_DONTNEED)
-            self._passed = 0
-
-
 def _map_file(path: Path) -> Block:
     try:
         descriptor = os.open(path, os.O_RDONLY)
@@ -158,7 +143,7 @@ def _map_file(path: Path) -> Block:
         raise InputError(f"cannot be read: {error}", path=path) from error
     finally:
         os.close(descriptor)
-    return Block(str(path), memoryview(mapped), passed=_Pages(mapped).passed)
+    return Block(str(path), memoryview(mapped), passed=Pages(mapped).read)
 
 
 def _channels_of(index: BagIndex) -> dict[int, Channel]:

@@ -37,7 +37,7 @@ _NUMBERS: Final = {1: struct.Struct("<B"), 4: struct.Struct("<I"), 8: struct.Str
 _TIME: Final = struct.Struct("<II")
 
 
-def _ignore(nbytes: int) -> None:
+def _ignore(offset: int, nbytes: int) -> None:
     """Nobody wants to know."""
 
 
@@ -49,14 +49,14 @@ class Block:
         path: The file.
         data: The bytes.
         chunk: Offset of the chunk in the file, or None for the file itself.
-        passed: Of the file: told of how many bytes have been passed, so that their memory can be given back.
+        passed: Of the file: told from where and how many bytes are read, so that memory can be given back.
 
     """
 
     path: str
     data: memoryview
     chunk: int | None = None
-    passed: Callable[[int], None] = _ignore
+    passed: Callable[[int, int], None] = _ignore
 
     def damage(self, message: str, offset: int) -> InputError:
         """Return the error for damage at this offset of the block."""

@@ -57,7 +57,7 @@ class Chunk:
             InputError: The content is damaged.
 
         """
-        file.passed(self.end - self.start)
+        file.passed(self.start, self.end - self.start)
         data = file.data[self.start : self.end]
         if self.compression != "none":
             try:

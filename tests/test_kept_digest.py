@@ -19,7 +19,7 @@ from tumtools.digest import digest
 from tumtools.errors import InputError, UsageError
 from tumtools.formats.options import WriteOptions
 from tumtools.formats.registry import FORMATS
-from tumtools.kept_digest import check
+from tumtools.kept_digest import Watch, check
 from tumtools.model.digest import KeptDigest, from_strings, to_strings
 from tumtools.sources import open_source
 
@@ -81,6 +81,24 @@ def test_files_that_are_passed_through_are_hashed_as_they_are(tmp_path: Path) ->
     with open_source(tmp_path / "x.mcap") as result:
         assert result.info.digest is not None
         assert result.info.digest["depth"] == KeptDigest(3, "files", sha.hexdigest())
+
+
+def test_depth_of_another_unit_is_not_what_was_written(tmp_path: Path) -> None:
+    """The same files mean other depths; metadata of a bag may get lost on its way."""
+    convert(full(), tmp_path / "x.mcap", "mcap", WriteOptions(archive=True), KEEP)
+    with open_source(tmp_path / "x.mcap") as result:
+        kept = result.info.digest
+        assert kept is not None
+        frames = list(result.images(["depth"]))
+        other = [
+            replace(frame, load=lambda f=frame: replace(f.load(), depth_units_per_metre=1000.0))
+            for frame in frames
+        ]
+        for given, same in ((frames, True), (other, False)):
+            watch = Watch(result, kept)
+            for frame in given:
+                watch.frame(frame).load()
+            assert next(one for one in watch.checks() if one.stream == "depth").same is same
 
 
 def test_all_formats_but_that_of_the_benchmark_hold_one() -> None:

@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.digest import canonical_pixels, depth_in_metres
+from tumtools.formats.cameras import chosen_calibration
+from tumtools.formats.options import WriteOptions
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images.parallel import ordered_map
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, WHOLE_SEQUENCE
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from tumtools.model.image import Image
     from tumtools.model.sequence import Frame, Sequence
 
+_LONGEST: Final = 2**64 - 1
 _FLOAT32_ROUNDING: Final = 1e-6
 """Metres; half a unit in the last place of float32 at 13 m, the benchmark's largest depth, for each side."""
 
@@ -57,8 +60,8 @@ class Difference:
 
     Attributes:
         stream: Which stream; `sequence` for what concerns all of it.
-        what: `stream`, `count`, `stamps`, `values`, `size`, `encoding`, `pixels`, `text`, `calibration`
-            or `camera`.
+        what: `stream`, `count`, `stamps`, `values`, `size`, `encoding`, `pixels`, `text`, `calibration`,
+            `camera`, `frame id`, `licence` or `citation`.
         count: How many rows, images, or (for pixels) images with differing pixels.
         first: Where the first difference is.
         largest: Largest difference, in `unit`; None where nothing is measured.
@@ -143,7 +146,7 @@ def diff(
         a, b, [stream for stream in streams if stream in IMAGE_STREAMS], limits, jobs, progress
     )
     found += image_differences
-    found += _diff_cameras(a, b)
+    found += _diff_headers(a, b)
     order = [WHOLE_SEQUENCE, *STREAMS]
     return Comparison(tuple(sorted(found, key=lambda one: order.index(one.stream))), images, pixels, rows)
 
@@ -168,8 +171,10 @@ def _diff_rows(
     if len(a) != len(b):
         yield Difference(stream, "count", abs(len(a) - len(b)), f"{len(a)} and {len(b)} rows")
     common = min(len(a), len(b))
-    error = np.abs(a[:common] - b[:common])
-    rows = np.flatnonzero(error > limits.stamp)
+    a, b = a[:common], b[:common]
+    # Unsigned, as stamps may be three centuries apart.
+    error = np.where(a > b, a - b, b - a).view(np.uint64)
+    rows = np.flatnonzero(error > np.uint64(min(limits.stamp, _LONGEST)))
     if len(rows):
         first = int(rows[0])
         place = f"row {first}: {format_stamp(int(a[first]), 9)} and {format_stamp(int(b[first]), 9)}"
@@ -192,7 +197,10 @@ def _diff_values(
         one_is_nan = np.isnan(a[:, columns]) != np.isnan(b[:, columns])
         # inf - inf is NaN although both are the same.
         error = np.where(one_is_nan, np.inf, np.where(np.isnan(error), 0.0, error))
-        rows = np.flatnonzero((error > limits.value).any(axis=1))
+        differing = error > limits.value
+        if not limits.value:
+            differing |= (np.signbit(a[:, columns]) != np.signbit(b[:, columns])) & ~np.isnan(a[:, columns])
+        rows = np.flatnonzero(differing.any(axis=1))
         if len(rows):
             place = f"row {rows[0]} at {format_stamp(int(stamps[rows[0]]), 9)}"
             yield Difference(stream, "values", len(rows), place, float(error.max()), unit)
@@ -283,13 +291,41 @@ def _diff_pair(a: Image, b: Image, limits: Tolerances) -> _Pair:
     return _Pair("pixels", pixels, f" ({count} pixels)", float(error.max()), unit)
 
 
-def _diff_cameras(a: Sequence, b: Sequence) -> Iterator[Difference]:
+def _diff_headers(a: Sequence, b: Sequence) -> Iterator[Difference]:
+    """Compare what is beside the data; how a sequence is called is not its content."""
     for stream in IMAGE_STREAMS:
-        first, second = a.cameras.get(stream), b.cameras.get(stream)
-        if first != second and stream in a.info.images and stream in b.info.images:
-            shown = [f"fx {camera.k[0]:g}" if camera else "that of the camera" for camera in (first, second)]
-            yield Difference(stream, "calibration", 1, " and ".join(shown))
+        if stream in a.info.images and stream in b.info.images:
+            yield from _diff_calibration(a, b, stream)
     if a.info.camera != b.info.camera:
         stream = next(iter(a.info.images), WHOLE_SEQUENCE)
-        shown = [sequence.info.camera or "unknown" for sequence in (a, b)]
-        yield Difference(stream, "camera", 1, " and ".join(shown))
+        yield _header_difference(stream, "camera", a.info.camera, b.info.camera)
+    for stream in STREAMS:
+        names = a.info.frame_ids.get(stream), b.info.frame_ids.get(stream)
+        if names[0] != names[1] and _has(a, stream) and _has(b, stream):
+            yield _header_difference(stream, "frame id", *names)
+    for what, one, other in (
+        ("licence", a.info.licence, b.info.licence),
+        ("citation", a.info.citation, b.info.citation),
+    ):
+        if one != other:
+            yield _header_difference(WHOLE_SEQUENCE, what, one, other)
+
+
+def _header_difference(stream: str, what: str, one: str | None, other: str | None) -> Difference:
+    return Difference(stream, what, 1, f"{one or 'not told'} and {other or 'not told'}")
+
+
+def _diff_calibration(a: Sequence, b: Sequence, stream: str) -> Iterator[Difference]:
+    """Compare the intrinsics in effect, where they are more than those of a camera that both name."""
+    sizes = [(info.width, info.height) for info in (a.info.images[stream], b.info.images[stream])]
+    if sizes[0] != sizes[1] or not all(sizes[0]) or not any(stream in one.cameras for one in (a, b)):
+        return
+    first, second = (asdict(chosen_calibration(one, WriteOptions(), stream, *sizes[0])) for one in (a, b))
+    for name, value in first.items():
+        if value != second[name]:
+            yield Difference(stream, "calibration", 1, f"{name} {_shown(value)} and {_shown(second[name])}")
+            return
+
+
+def _shown(value: object) -> str:
+    return " ".join(f"{number:g}" for number in value) if isinstance(value, tuple) else str(value)

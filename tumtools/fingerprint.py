@@ -17,7 +17,7 @@ from isal import isal_zlib
 
 from tumtools.digest import canonical_pixels
 from tumtools.images.codec import pixels_of
-from tumtools.kept_digest import Noted, image_digest
+from tumtools.kept_digest import Noted, image_digest, is_hashed_as_file
 from tumtools.model.sequence import Frame, Sequence
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ class Recorded(Sequence):
         # A dict is safe to fill from several threads.
         self.fingerprints[frame.stream, frame.row] = fingerprint(image)
         if self._noted is not None:
-            of: Kind = "files" if image.png is not None and image.pixels is None else "pixels"
+            of: Kind = "files" if image.pixels is None and is_hashed_as_file(image) else "pixels"
             self._noted.add(frame, of, image_digest(image, of))
         return image
 

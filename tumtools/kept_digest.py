@@ -18,6 +18,7 @@ from tumtools.errors import InputError
 from tumtools.images.codec import pixels_of
 from tumtools.images.parallel import ordered_map
 from tumtools.model.digest import KeptDigest, Kind, digest_of_images, digest_of_rows
+from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -30,6 +31,11 @@ if TYPE_CHECKING:
 
 _PIXELS: Final[set[Kind]] = {"pixels"}
 """How the images of an empty stream are said to be hashed."""
+
+
+def is_hashed_as_file(image: Image) -> bool:
+    """Tell whether the PNG file of an image says all of it: depth in other units is hashed by its pixels."""
+    return image.png is not None and image.depth_units_per_metre in {None, TUM_DEPTH_UNITS_PER_METRE}
 
 
 def image_digest(image: Image, of: Kind) -> bytes:
@@ -117,8 +123,9 @@ class Watch:
     def _load(self, frame: Frame) -> Image:
         image = frame.load()
         wanted = self._kept.get(frame.stream)
-        # A file that is none any more cannot be what was written, whatever its pixels are.
-        of: Kind = "files" if wanted is not None and wanted.of == "files" and image.png else "pixels"
+        # A file that is none any more, or has another unit, cannot be what was written, whatever its pixels.
+        as_file = wanted is not None and wanted.of == "files" and is_hashed_as_file(image)
+        of: Kind = "files" if as_file else "pixels"
         if of == "pixels" and image.pixels is None:
             image = replace(image, pixels=pixels_of(image))
         self._noted.add(frame, of, image_digest(image, of))

@@ -205,8 +205,12 @@ def _check_count(stream: str, expected: int, found: int) -> None:
 def _check_equal(
     stream: str, what: str, expected: npt.NDArray[np.generic], found: npt.NDArray[np.generic]
 ) -> None:
-    if not np.array_equal(expected, found, equal_nan=expected.dtype.kind == "f"):
-        rows = np.flatnonzero((expected != found).reshape(len(expected), -1).any(axis=1))
+    differing = expected != found
+    if expected.dtype.kind == "f":  # -0.0 is not 0.0, and any NaN is another one
+        differing |= np.signbit(expected) != np.signbit(found)
+        differing &= ~(np.isnan(expected) & np.isnan(found))
+    if differing.any():
+        rows = np.flatnonzero(differing.reshape(len(expected), -1).any(axis=1))
         raise _bug(f"{what} of {stream} differ in {len(rows)} rows, first in row {rows[0]}")
 
 
@@ -285,9 +289,12 @@ def _verify_header(
                 expected,
                 chosen_calibration(result, WriteOptions(), stream, *size),
             )
-    for stream, name in {**given.frame_ids, **options.frame_ids}.items():
-        if _has_rows(written, stream) and not is_default_frame(name) and not altered.has("frame id", stream):
-            _check_same(f"frame id of {stream}", name, found.frame_ids.get(stream))
+    asked = {**given.frame_ids, **options.frame_ids}
+    for stream in sorted(asked.keys() | found.frame_ids.keys()):
+        name = asked.get(stream)
+        if _has_rows(written, stream) and not altered.has("frame id", stream):
+            expected_name = None if name is None or is_default_frame(name) else name
+            _check_same(f"frame id of {stream}", expected_name, found.frame_ids.get(stream))
 
 
 def _has_rows(sequence: Sequence, stream: str) -> bool:

@@ -95,6 +95,9 @@ def _asked(variant: Variant, sequence: Sequence) -> Iterator[tuple[str, str]]:
             yield stream, "text"  # the names of their files are made up so that they differ
     if variant.option("camera") is not None and variant.option("camera") != sequence.info.camera:
         yield next(iter(sequence.info.images), "sequence"), "camera"
+    for stream, name in variant.write_options.frame_ids.items():
+        if sequence.info.frame_ids.get(stream) != name:
+            yield stream, "frame id"
 
 
 def _differ_at_one_stamp(sequence: Sequence, stream: str, stamps: npt.NDArray[np.int64]) -> bool:

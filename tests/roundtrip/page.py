@@ -35,6 +35,7 @@ REFUSED: Final = "refused"
 _ASKED: Final = {
     "stream": "{} left out as asked",
     "camera": "camera as asked",
+    "frame id": "frame id of {} as asked",
     "text": "names of files of {} made up",
 }
 

@@ -60,13 +60,15 @@ def _print_digest(source: str, sequence: Sequence, jobs: int, *, deep: bool, as_
     frames_found = [
         {"stream": stream, "stamp": str(stamp), "sha256": value} for stream, stamp, value in result.frames
     ]
+    streams = {name: {"count": one.count, "sha256": one.value} for name, one in result.streams.items()}
+    document = {"source": source, "digest_version": VERSION, "sha256": result.value, "streams": streams}
     if as_json:
-        streams = {name: {"count": one.count, "sha256": one.value} for name, one in result.streams.items()}
-        document = {"source": source, "digest_version": VERSION, "sha256": result.value, "streams": streams}
         output.print_json(document | ({"frames": frames_found} if deep else {}))
         return
-    for frame in frames_found:
-        click.echo(json.dumps(frame))
+    if deep:
+        for line in (*frames_found, document):
+            click.echo(json.dumps(line))
+        return
     output.print_table([(name, str(one.count), one.value) for name, one in sorted(result.streams.items())])
     click.echo(f"{result.value}  {source}")
 

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.formats.rawlog.made import FIRST, Made, accelerometer, colour, depth, typical
+from tumtools.errors import OutputError
 from tumtools.formats.rawlog.plan import MAX_DIFFERENCE_NS, plan_converter, plan_lossless
 from tumtools.formats.tum.text import parse
 from tumtools.model.time import stamp_to_ticks
@@ -139,8 +140,17 @@ def test_the_converter_pairs_the_whole_of_fr1_rpy_as_mrpt_does(real_data: Path) 
 
 
 def test_an_empty_sequence_has_an_empty_plan() -> None:
-    for make in (plan_lossless, plan_converter):
-        plan = make(Made({}))
-        assert plan.slots == ()
-        assert np.array_equal(plan.imu_ticks, [])
+    plan = plan_lossless(Made({}))
+    assert plan.slots == ()
+    assert np.array_equal(plan.imu_ticks, [])
     assert plan_lossless(typical(0)).slots == ()
+
+
+def test_the_converter_refuses_what_it_has_no_names_for() -> None:
+    for stamps, reason in (
+        ([], "scans only"),
+        ([FIRST, FIRST + 400], "two scans in one"),
+        ([2**63 - 1], "the year 2262"),
+    ):
+        with pytest.raises(OutputError, match=reason):
+            plan_converter(_sequence(stamps, []))

@@ -153,6 +153,13 @@ def test_a_list_cannot_name_files_elsewhere(folder: Path, name: str) -> None:
     assert "archive" not in str(caught.value) + str(caught.value.hint)
 
 
+@pytest.mark.parametrize("name", ["imu.txt", "./groundtruth.txt", "rgb.txt"])
+def test_a_text_file_of_the_sequence_is_no_image(folder: Path, name: str) -> None:
+    _edit(folder / "rgb.txt", _rows(folder / "rgb.txt")[0][1], name)
+    with pytest.raises(InputError, match="as an image, which is the name of a text file"):
+        open_source(folder)
+
+
 def test_a_damaged_image_is_named_and_the_sequence_can_be_opened(folder: Path) -> None:
     path = min((folder / "rgb").iterdir())
     data = bytearray(path.read_bytes())

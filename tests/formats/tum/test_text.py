@@ -227,3 +227,13 @@ def test_mixed_separators_and_stamps_are_understood() -> None:
     table = parse(b"1.5,1,2,3\n2.25\t1 2,  3\n", "accelerometer", "x.txt")
     assert table.stamps.tolist() == [parse_stamp("1.5"), parse_stamp("2.25")]
     assert table.values.tolist() == [[1, 2, 3], [1, 2, 3]]
+
+
+def test_byte_order_marks_before_rows_survive_when_rows_are_taken_out() -> None:
+    data = "\ufeff1.5 1 2 3 0 0 0 1\n\ufeff2.5 1 2 3 0 0 0 1\n".encode()
+    table = parse(data, "groundtruth", "x")
+    assert _again(table, "groundtruth") == data
+    rest = render(table.layout.select([1]), "groundtruth", table.stamps[1:], table.values[1:])
+    again = parse(rest, "groundtruth", "x")
+    assert again.stamps.tolist() == [2_500_000_000]
+    assert _again(again, "groundtruth") == rest

@@ -17,6 +17,7 @@ from tests.formats.tum.archives import files_of
 from tests.made import made
 from tumtools.convert import ConvertOptions, convert
 from tumtools.digest import digest
+from tumtools.errors import OutputError
 from tumtools.formats.options import WriteOptions
 from tumtools.images import png
 from tumtools.images.codec import image_of_pixels, image_of_png
@@ -131,6 +132,50 @@ def test_different_images_with_one_stamp_get_names_of_their_own(tmp_path: Path) 
         convert(again, tmp_path / "more.tgz", "tum")
     _convert(tmp_path / "more.tgz", tmp_path / "more")
     assert files_of(tmp_path / "more") == files_of(tmp_path / "out")
+
+
+def _with_list(folder: Path, rows: list[str], names: list[str]) -> Path:
+    """Write a folder with a list of colour images, each different, and one depth image."""
+    images = {name: png.encode(np.full((6, 8, 3), number, np.uint8)) for number, name in enumerate(names)}
+    images["depth/2.5.png"] = png.encode(np.full((6, 8), 5000, np.uint16))
+    for name, data in images.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    (folder / "rgb.txt").write_text("".join(f"{row}\n" for row in rows), encoding="utf-8")
+    (folder / "depth.txt").write_text("2.5 depth/2.5.png\n")
+    return folder
+
+
+@pytest.mark.parametrize("first", ["rgb/x.png", "rgb/1.5-1.png", "rgb/0.5.png"])
+def test_a_name_that_a_row_says_itself_stays_at_a_repeated_stamp(tmp_path: Path, first: str) -> None:
+    """The row behind has the usual name, which nobody else may take."""
+    rows = [f"1.5 {first}", "1.5 rgb/1.5.png", "2.5 rgb/2.5.png"]
+    source = _with_list(tmp_path / "in", rows, [first, "rgb/1.5.png", "rgb/2.5.png"])
+    for target, to in (("x.mcap", "mcap"), ("out", "tum")):
+        with open_source(source) as sequence:
+            assert convert(sequence, tmp_path / target, to, WriteOptions()).losses == ()
+        source = tmp_path / target
+    assert files_of(tmp_path / "out") == files_of(tmp_path / "in")
+
+
+@pytest.mark.parametrize("name", ["rgb/a\u00a0b.png", "rgb/a\u3000b.png", "rgb/a\x1cb.png", "rgb/a\x85b.png"])
+def test_a_name_ends_at_ascii_blanks_only(tmp_path: Path, name: str) -> None:
+    source = _with_list(tmp_path / "in", [f"1.5 {name}"], [name])
+    assert _convert(source, tmp_path / "out").losses == ()
+    assert files_of(tmp_path / "out") == files_of(source)
+
+
+def test_one_file_in_two_streams_is_kept_as_the_file_it_is_or_refused(tmp_path: Path) -> None:
+    source = _with_list(tmp_path / "in", ["1.5 depth/2.5.png"], [])
+    for archive in (True, False):
+        target = tmp_path / f"{archive}.mcap"
+        with open_source(source) as sequence:
+            convert(sequence, target, "mcap", WriteOptions(archive=archive))
+    assert _convert(tmp_path / "True.mcap", tmp_path / "out").losses == ()
+    shutil.rmtree(tmp_path / "out" / "rgb")  # which is there for each stream
+    assert files_of(tmp_path / "out") == files_of(source)
+    with pytest.raises(OutputError, match=r"rgb and depth name the same file, depth/2\.5\.png"):
+        _convert(tmp_path / "False.mcap", tmp_path / "out2")
 
 
 def test_names_apart_keep_the_line_ends_of_the_list(tmp_path: Path) -> None:

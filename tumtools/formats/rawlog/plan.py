@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from tumtools.errors import OutputError
 from tumtools.model.camera import ROS_DEFAULT, camera_of_name
 from tumtools.model.sequence import WHOLE_SEQUENCE, Loss
 from tumtools.model.time import (
@@ -171,6 +172,8 @@ def _imu_by_stamp(sequence: Sequence) -> tuple[npt.NDArray[np.int64], npt.NDArra
 
 _CONVERTER_FRAME_LIMIT: Final = 1.0 / 60
 _CONVERTER_IMU_LIMIT: Final = 0.010
+_CONVERTER_LAST: Final = 9.2e9
+"""Seconds since 1970; int64 nanoseconds end a few months later."""
 
 
 @dataclass(slots=True)
@@ -217,6 +220,7 @@ def plan_converter(sequence: Sequence) -> ScanPlan:
     """
     clocks = {stream: _Clock(sequence.image_stamps(stream)) for stream in ("rgb", "depth")}
     scans = list(_converter_scans(clocks["rgb"], clocks["depth"]))
+    _refuse_what_it_cannot_name(sequence, [time for time, _, _ in scans])
     rows = sequence.accelerometer
     imu = _Clock(rows.stamps if rows is not None else np.empty(0, np.int64))
     moved = {stream: _Moved() for stream in ("rgb", "depth", "accelerometer")}
@@ -239,6 +243,28 @@ def plan_converter(sequence: Sequence) -> ScanPlan:
             moved["accelerometer"].add(stamp - int(imu.stamps[imu.rows[sample]]))
     losses = tuple(_converter_losses(sequence, slots, imu_rows, moved))
     return ScanPlan(tuple(slots), np.array(imu_ticks, np.int64), np.array(imu_rows, np.intp), losses)
+
+
+def _refuse_what_it_cannot_name(sequence: Sequence, times: list[float]) -> None:
+    """Refuse a sequence without scans, or whose files would overwrite each other.
+
+    Raises:
+        OutputError: It is such a sequence.
+
+    """
+    if not times:
+        problem = "it has scans only, and there is no colour image with a depth image within 1/60 s"
+    elif not all(abs(time) < _CONVERTER_LAST for time in times):
+        problem = "it has times in float64, which cannot tell those next to the year 2262"
+    elif len(times) > len({f"{time:.6f}" for time in times}):
+        problem = "it names files by microseconds, and there are two scans in one"
+    else:
+        return
+    raise OutputError(
+        f"the dialect converter cannot hold this sequence: {problem}",
+        path=sequence.info.name,
+        hint="write it with --dialect modern",
+    )
 
 
 def _converter_scans(rgb: _Clock, depth: _Clock) -> Iterator[tuple[float, int | None, int | None]]:
@@ -297,7 +323,9 @@ def _converter_header_losses(sequence: Sequence) -> Iterator[Loss]:
         if stream != "groundtruth":
             yield Loss(stream, "text layout dropped", 1, why, alters=("text",))
     why = "this dialect writes 525 525 319.5 239.5 for every camera"
-    for stream in sequence.info.images:
+    for stream in ("rgb", "depth"):
+        if stream not in sequence.info.images:
+            continue
         if stream in sequence.cameras or sequence.info.camera not in {None, ROS_DEFAULT}:
             yield Loss(stream, "calibration replaced", 1, why, alters=("calibration",))
     why = "this dialect has no place for frame ids"

@@ -8,12 +8,14 @@ from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import InputError
+from tumtools.model.text import TITLES
 
 if TYPE_CHECKING:
     import tarfile
 
 MAX_MEMBER_BYTES: Final = 1 << 28
 """An image or text file of 256 MiB is none of the benchmark's; it would fill the memory."""
+_TEXT_FILES: Final = {f"{stream}.txt" for stream in TITLES} | {"imu.txt"}
 
 
 def check_name(name: str, archive: str) -> str:
@@ -50,6 +52,13 @@ def check_listed_name(name: str, place: str, line: str | None = None) -> str:
             path=place,
             location=line,
             hint="names are relative to the folder of the list, as rgb/1305031102.175304.png",
+        )
+    if len(parts) == 1 and parts[0] in _TEXT_FILES:
+        raise InputError(
+            f"the list names {parts[0]} as an image, which is the name of a text file of a sequence",
+            path=place,
+            location=line,
+            hint="give the image another name",
         )
     return str(PurePosixPath(*parts)) if parts else "."
 

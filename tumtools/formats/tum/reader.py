@@ -105,10 +105,13 @@ class TrajectoryFile(Sequence):
         self.table = table
         self.groundtruth = _trajectory(table)
         name = name_in_headers([table.layout.head]) or path.stem
+        licence, citation = licence_of_name(name)
         self.info = SequenceInfo(
             name=name,
             format="tum",
             camera=camera_of_name(name),
+            licence=licence,
+            citation=citation,
             sources={"groundtruth": path.name},
             text={"groundtruth": table.layout},
             warnings=tuple(_header_warnings(table, str(path))),

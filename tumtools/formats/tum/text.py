@@ -34,6 +34,7 @@ COLUMNS: Final = {
 }
 
 _SEPARATORS = re.compile(r"[,\s]+", re.ASCII)
+_BEFORE_ROW = re.compile(r"^[\s\ufeff]+")
 _FIXED = re.compile(r"[+-]?\d+\.(\d+)", re.ASCII)
 _SCIENTIFIC = re.compile(r"[+-]?\d\.(\d+)e[+-]\d\d", re.ASCII)
 _MAX_VALUE_DECIMALS: Final = 30
@@ -189,7 +190,7 @@ def _parse_lines(data: bytes, stream: str) -> Table:
     head: str | None = None
     layout: TextLayout | None = None
     for number, line in enumerate(lines, 1):
-        stripped = line.strip().removeprefix(_BOM).lstrip()
+        stripped = _bare(line)
         if stripped and not stripped.startswith("#"):
             try:
                 stamp, numbers_of_row, name = parse_row(stripped, stream)
@@ -213,26 +214,35 @@ def _parse_lines(data: bytes, stream: str) -> Table:
         pending.append(line)
     if head is None:
         return _table_without_rows(text, stream, tuple(problems))
-    columns = (
-        np.array(stamps, np.int64),
-        np.array(values, np.float64).reshape(len(stamps), VALUES_PER_ROW.get(stream, 0)),
-    )
+    width = VALUES_PER_ROW.get(stream, 0)
+    columns = np.array(stamps, np.int64), np.array(values, np.float64).reshape(len(stamps), width)
     tail = "\n".join(pending) + ("\n" if pending and final_newline else "")
     layout = replace(
-        layout or TextLayout(),
-        head=head,
-        tail=tail,
-        final_newline=final_newline or bool(pending),
+        layout or TextLayout(), head=head, tail=tail, final_newline=final_newline or bool(pending)
     )
     layout = replace(layout, overrides=_overrides(layout, stream, *columns, raw))
     return Table(*columns, tuple(names), np.array(numbers, np.int64), layout, tuple(problems))
 
 
 def _table_without_rows(text: str, stream: str, problems: tuple[Problem, ...]) -> Table:
-    layout = replace(TextLayout(), head=text)
-    width = VALUES_PER_ROW.get(stream, 0)
     none = np.empty(0, np.int64)
-    return Table(none, np.empty((0, width)), (), none, layout, problems)
+    values = np.empty((0, VALUES_PER_ROW.get(stream, 0)))
+    return Table(none, values, (), none, TextLayout(head=text), problems)
+
+
+def _bare(line: str) -> str:
+    """Return a line without blanks around it and byte order marks before it, which editors leave behind."""
+    return _BEFORE_ROW.sub("", line).rstrip()
+
+
+def name_in_row(text: str, stream: str) -> str:
+    """Return the file name in a row of an image list, as `parse` reads it; other lines may stand before it.
+
+    Raises:
+        ValueError: It is no such row.
+
+    """
+    return parse_row(_bare(text.rsplit("\n", 1)[-1]), stream)[2][0]
 
 
 def parse_row(text: str, stream: str) -> tuple[int, list[float], list[str]]:

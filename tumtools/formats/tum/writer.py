@@ -10,15 +10,17 @@ import tarfile
 from abc import ABC, abstractmethod
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from isal import igzip
 
+from tumtools.errors import OutputError
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.tum.members import check_listed_name
-from tumtools.formats.tum.text import fit_layout, name_in_headers, render, render_rows
+from tumtools.formats.tum.text import fit_layout, name_in_headers, name_in_row, render, render_rows
 from tumtools.images.codec import png_of
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import camera_of_name
@@ -62,7 +64,7 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
     """
     layouts = _layouts(sequence)
     texts = _texts(sequence, layouts)
-    names = {stream: _image_names(sequence, stream, layouts[stream]) for stream in sequence.info.images}
+    names = _names(sequence, layouts)
     sink: _Sink = (
         _Archive(target, sequence.info.name) if target.name.endswith(_ARCHIVE_SUFFIXES) else _Folder(target)
     )
@@ -95,6 +97,7 @@ def plan(sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
     """Return the losses, and the estimated size."""
     del options
     layouts = _layouts(sequence)
+    _names(sequence, layouts)
     size = sum(map(len, _texts(sequence, layouts).values()))
     for info in sequence.info.images.values():
         if info.compression == "png":
@@ -141,19 +144,33 @@ def _layouts(sequence: Sequence) -> dict[str, TextLayout]:
 
 
 def _name_repeats_apart(sequence: Sequence, stream: str, layout: TextLayout) -> TextLayout:
-    """Give different images with the same stamp different file names; equal ones share their file."""
+    """Give different images with the same stamp different file names; equal ones share their file.
+
+    Rows that say their name literally keep it; nobody else gets it.
+    """
     stamps = sequence.image_stamps(stream)
     unique, counts = np.unique(stamps, return_counts=True)
     overrides = dict(layout.overrides)
+    taken = {name_in_row(text, stream) for text in overrides.values()}
     for stamp in unique[counts > 1].tolist():
-        known: dict[bytes, int] = {}
+        text = format_stamp(stamp, layout.stamp_decimals)
+        names: dict[bytes, str] = {}
         for frame in sequence.images([stream], stamp, stamp):
-            number = known.setdefault(bytes(png_of(frame.load())), len(known))
-            if number and frame.row not in overrides:
-                text = format_stamp(stamp, layout.stamp_decimals)
-                name = f"{stream}/{text}-{number}.png"
-                overrides[frame.row] = f"{text}{layout.separator}{name}{layout.newline[:-1]}"
+            if frame.row in layout.overrides:
+                continue
+            data = bytes(png_of(frame.load()))
+            if data not in names:
+                names[data] = _free_name(f"{stream}/{text}", taken)
+                taken.add(names[data])
+            if names[data] != f"{stream}/{text}.png":
+                overrides[frame.row] = f"{text}{layout.separator}{names[data]}{layout.newline[:-1]}"
     return replace(layout, overrides=overrides)
+
+
+def _free_name(stem: str, taken: set[str]) -> str:
+    """Return the first of `STEM.png`, `STEM-1.png`, `STEM-2.png` and so on that is not taken."""
+    names = chain([f"{stem}.png"], (f"{stem}-{number}.png" for number in count(1)))
+    return next(name for name in names if name not in taken)
 
 
 def _columns(
@@ -178,13 +195,34 @@ def _texts(sequence: Sequence, layouts: dict[str, TextLayout]) -> dict[str, byte
     }
 
 
+def _names(sequence: Sequence, layouts: Mapping[str, TextLayout]) -> dict[str, list[str]]:
+    """Return the file name of each image of each stream, as its list names it.
+
+    Raises:
+        OutputError: Two streams name the same file, which is to be made of pixels for one of them.
+
+    """
+    names: dict[str, list[str]] = {}
+    for stream, info in sequence.info.images.items():
+        names[stream] = _image_names(sequence, stream, layouts[stream])
+        for other, known in names.items():
+            kept = info.compression == "png" and sequence.info.images[other].compression == "png"
+            if other != stream and not kept and (both := set(known).intersection(names[stream])):
+                raise OutputError(
+                    f"the lists of {other} and {stream} name the same file, {min(both)}, which is not "
+                    "the same image for both any more",
+                    path=sequence.info.name,
+                    hint="write one of them with --streams, or keep the files with --archive",
+                )
+    return names
+
+
 def _image_names(sequence: Sequence, stream: str, layout: TextLayout) -> list[str]:
-    """Return the file name of each image, as the list names it."""
     stamps = sequence.image_stamps(stream)
     rows = render_rows(replace(layout, separator=" "), stream, stamps, np.empty((len(stamps), 0)))
     names = [row.split(" ")[1] for row in rows]
     for row, text in layout.overrides.items():
-        names[row] = text.rsplit("\n", 1)[-1].replace(",", " ").split()[1]
+        names[row] = name_in_row(text, stream)
     # Literal rows come from the source, which may be anybody's.
     return [check_listed_name(name, f"the list of {stream} images") for name in names]
 

@@ -6,13 +6,14 @@ BIN := $(VENV)/bin
 DEMO := demo
 NAME := synthetic_freiburg1_room
 
-.PHONY: help demo test lint docs benchmarks fixtures clean
+.PHONY: help demo test lint docs matrix benchmarks fixtures clean
 
 help:
 	@echo "make demo        set up, make a synthetic sequence, convert it to MCAP and back, prove that nothing was lost"
 	@echo "make test        set up and run all tests"
 	@echo "make lint        formatting, linter, types, import rules"
 	@echo "make docs        the documentation, in docs/_build"
+	@echo "make matrix      every format to every other with every option, proved again; writes docs/reference/matrix.md"
 	@echo "make benchmarks  figures against other tools, as ratios"
 
 $(VENV)/.made: pyproject.toml
@@ -44,6 +45,10 @@ lint: $(VENV)/.made-dev
 
 docs: $(VENV)/.made-dev
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --builder html docs docs/_build
+
+matrix: $(VENV)/.made-dev
+	$(BIN)/python docs/generate_matrix.py
+	sed -n '/^| cells/,/^$$/p' docs/reference/matrix.md
 
 benchmarks: $(VENV)/.made-dev
 	for script in benchmarks/[a-z]*.py; do echo "== $$script"; $(BIN)/python $$script || echo "not measured"; done

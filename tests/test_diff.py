@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from tumtools.convert import convert
 from tumtools.diff import Comparison, Tolerances, diff
 from tumtools.formats.options import WriteOptions
 from tumtools.images import png
+from tumtools.model.camera import calibration
 from tumtools.model.text import default_layout
 from tumtools.sources import open_source
 
@@ -123,3 +126,47 @@ def test_nothing_on_both_sides_is_told(tmp_path: Path, capsys: pytest.CaptureFix
         (tmp_path / name / "rgb.txt").touch()
     assert run(["diff", str(tmp_path / "a"), str(tmp_path / "b")]) == 0
     assert "nothing was compared" in capsys.readouterr().err
+
+
+def test_what_is_beside_the_data_is_compared() -> None:
+    plain = Memory({"rgb": [START]}, groundtruth=groundtruth(START))
+    for what, other in (
+        ("frame id", Memory({"rgb": [START]}, groundtruth=groundtruth(START), frame_ids={"rgb": "head"})),
+        ("licence", Memory({"rgb": [START]}, groundtruth=groundtruth(START), licence="MIT")),
+        ("citation", Memory({"rgb": [START]}, groundtruth=groundtruth(START), citation="Somebody")),
+        ("camera", Memory({"rgb": [START]}, groundtruth=groundtruth(START), camera="fr3")),
+    ):
+        assert [one.what for one in diff(plain, other).differences] == [what]
+
+
+def test_a_calibration_that_is_told_and_one_that_follows_are_the_same() -> None:
+    one, other = Memory({"rgb": [START]}), Memory({"rgb": [START]})
+    one.cameras = {"rgb": calibration("fr1", "rgb", 8, 6)}
+    assert diff(one, other).same
+    one.cameras = {"rgb": replace(one.cameras["rgb"], d=(0.5,) * 5)}
+    (difference,) = diff(one, other).differences
+    assert (difference.what, difference.first.split(" and ")[0]) == ("calibration", "d 0.5 0.5 0.5 0.5 0.5")
+
+
+def test_the_sign_of_zero_is_a_difference_unless_there_is_a_tolerance() -> None:
+    one, other = (Memory({}, groundtruth=groundtruth(START)) for _ in range(2))
+    assert one.groundtruth is not None
+    assert other.groundtruth is not None
+    one.groundtruth.positions[0, 1], other.groundtruth.positions[0, 1] = 0.0, -0.0
+    assert [found.what for found in diff(one, other).differences] == ["values", "text"]
+    assert [found.what for found in diff(one, other, Tolerances(value=1e-9)).differences] == ["text"]
+
+
+def test_stamps_may_be_centuries_apart() -> None:
+    one, other = Memory({"rgb": [-9 * 10**18]}), Memory({"rgb": [9 * 10**18]})
+    found = next(found for found in diff(one, other).differences if found.what == "stamps")
+    assert found.largest == pytest.approx(18e9)
+
+
+def test_infinite_differences_are_valid_json(capsys: pytest.CaptureFixture[str], copy: Path) -> None:
+    text = (copy / "groundtruth.txt").read_text().splitlines()
+    text[3] = " ".join([text[3].split()[0], "inf", *text[3].split()[2:]])
+    (copy / "groundtruth.txt").write_text("\n".join(text) + "\n")
+    assert run(["diff", str(FIXTURE), str(copy), "--json"]) == 1
+    document = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert document["differences"][0]["largest"] is None

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from tests.memory import START, Memory, groundtruth
 from tumtools.convert import ConvertOptions, convert
 from tumtools.errors import InternalError
 from tumtools.formats import registry
@@ -141,14 +142,9 @@ FAULTS: dict[str, tuple[Callable[[Tampered], None], str]] = {
 }
 
 
-@pytest.mark.parametrize("to", ["tum", "mcap"])
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_broken_writer_is_caught_before_the_rename(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str, to: str
-) -> None:
+def _break_writer(monkeypatch: pytest.MonkeyPatch, to: str, break_it: Callable[[Tampered], None]) -> None:
     writer = registry.get(to).writer
     write = writer.write
-    break_it, said = FAULTS[fault]
 
     def write_wrong(
         sequence: Sequence, target: Path, options: WriteOptions, progress: Progress
@@ -158,8 +154,47 @@ def test_a_broken_writer_is_caught_before_the_rename(
         return write(tampered, target, options, progress)
 
     monkeypatch.setattr(writer, "write", write_wrong)
+
+
+@pytest.mark.parametrize("to", ["tum", "mcap"])
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_broken_writer_is_caught_before_the_rename(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str, to: str
+) -> None:
+    break_it, said = FAULTS[fault]
+    _break_writer(monkeypatch, to, break_it)
     with open_source(FULL) as sequence, pytest.raises(InternalError, match=f"verification failed: {said}"):
         convert(sequence, tmp_path / "out", to)
+    assert list(tmp_path.iterdir()) == []
+
+
+def _negative_zeros(sequence: Tampered) -> None:
+    trajectory = sequence.groundtruth
+    assert trajectory is not None
+    sequence.groundtruth = replace(trajectory, positions=-trajectory.positions)
+
+
+def _invented_frame(sequence: Tampered) -> None:
+    sequence.info = replace(sequence.info, frame_ids={"rgb": "invented"})
+
+
+@pytest.mark.parametrize(
+    ("break_it", "to", "said"),
+    [
+        (_negative_zeros, "tum", "values of groundtruth differ in 2 rows"),
+        (_negative_zeros, "mcap", "values of groundtruth differ in 2 rows"),
+        (_invented_frame, "mcap", "the frame id of rgb is 'invented', None was written"),
+    ],
+)
+def test_what_equal_numbers_and_absent_names_would_hide_is_caught(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, break_it: Callable[[Tampered], None], to: str, said: str
+) -> None:
+    given = Memory({"rgb": [START]}, groundtruth=groundtruth(START, START + 1))
+    assert given.groundtruth is not None
+    given.groundtruth.positions[:] = 0.0
+    _break_writer(monkeypatch, to, break_it)
+    with pytest.raises(InternalError, match=f"verification failed: {said}"):
+        convert(given, tmp_path / "out", to)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -47,6 +47,8 @@ class Report:
         verified: Whether the result was read back and compared.
         dry_run: Whether nothing was written.
         left_out: Streams that are not in the target because the options say so.
+        left_out_frames: Images of the other streams that are not, for the same reason.
+        left_out_rows: Rows of the other signals that are not.
 
     """
 
@@ -60,6 +62,8 @@ class Report:
     verified: bool
     dry_run: bool = False
     left_out: tuple[str, ...] = ()
+    left_out_frames: int = 0
+    left_out_rows: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,13 +148,15 @@ def convert(
     report = Report(
         target=target,
         format=to,
-        frames=sum(info.count for info in prepared.info.images.values()),
-        rows=sum(len(s) for s in (prepared.groundtruth, prepared.accelerometer) if s is not None),
+        frames=sum(_frames(prepared).values()),
+        rows=sum(_rows(prepared).values()),
         nbytes=plan.nbytes,
         losses=_merge(sequence.info.not_carried, plan.losses),
         warnings=plan.warnings,
         verified=False,
         left_out=tuple(name for name in streams_of(sequence) if name not in streams_of(prepared)),
+        left_out_frames=_less(_frames(sequence), _frames(prepared)),
+        left_out_rows=_less(_rows(sequence), _rows(prepared)),
     )
     refuse_existing(target, force=options.force)
     if options.force:
@@ -242,6 +248,20 @@ def refuse_source(source: Path, target: Path) -> None:
     if goal == place or goal in place.parents:
         what = "is the source" if goal == place else f"holds the source {source}"
         raise UsageError(f"the target {what}", path=target, hint="name another one")
+
+
+def _frames(sequence: Sequence) -> dict[str, int]:
+    return {stream: info.count for stream, info in sequence.info.images.items()}
+
+
+def _rows(sequence: Sequence) -> dict[str, int]:
+    signals = {"groundtruth": sequence.groundtruth, "accelerometer": sequence.accelerometer}
+    return {name: len(signal) for name, signal in signals.items() if signal is not None}
+
+
+def _less(before: dict[str, int], after: dict[str, int]) -> int:
+    """Return how many fewer there are of the streams that are still there."""
+    return sum(before[stream] - count for stream, count in after.items())
 
 
 def _merge(*groups: tuple[Loss, ...]) -> tuple[Loss, ...]:

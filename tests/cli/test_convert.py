@@ -82,6 +82,36 @@ def test_what_was_left_out_as_asked_is_named(folder: Path, capsys: pytest.Captur
         assert json.loads(capsys.readouterr().out)["left_out"] == left_out
 
 
+def test_images_and_rows_that_were_left_out_as_asked_are_counted(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = [
+        "convert",
+        str(folder),
+        "--to",
+        "mcap",
+        "--every",
+        "2",
+        "--streams",
+        "rgb,depth,accelerometer",
+    ]
+    assert run(arguments) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1:] == ["left out as asked: groundtruth, 4 images", "nothing else lost"]
+    assert run([*arguments, "--force", "--json", "--end", "0.1"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["left_out"], document["left_out_frames"]) == (["groundtruth"], 4)
+    assert document["left_out_rows"] + document["rows"] == 567
+
+
+def test_the_warnings_of_the_source_are_part_of_the_report(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "accelerometer.txt").rename(folder / "imu.txt")
+    assert run(["convert", str(folder), "--to", "mcap", "--json"]) == 0
+    assert "taken for accelerometer.txt" in json.loads(capsys.readouterr().out)["warnings"][0]
+
+
 def test_a_missing_image_is_told_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     min((folder / "rgb").iterdir()).unlink()
     assert run(["convert", str(folder), "--to", "mcap"]) == 4

@@ -258,9 +258,10 @@ def test_a_digest_is_printed_with_its_streams(capsys: pytest.CaptureFixture[str]
     assert run(["digest", "--json", str(FULL)]) == 0
     document = json.loads(capsys.readouterr().out)
     assert run(["digest", "--deep", str(FULL)]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[-1] == f"{document['sha256']}  {FULL}"
-    frames = [json.loads(line) for line in lines if line.startswith("{")]
+    *frames, whole = map(json.loads, capsys.readouterr().out.splitlines())
+    assert whole["sha256"] == document["sha256"]
     assert len(frames) == 8
     assert all(isinstance(frame["stamp"], str) for frame in frames)
     assert document["streams"]["rgb"]["count"] == 4
+    assert run(["digest", str(FULL)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"{document['sha256']}  {FULL}"

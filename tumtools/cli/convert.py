@@ -122,7 +122,8 @@ def command(
     for text in report.warnings:
         output.warning(text)
     if as_json:
-        output.print_json({"source": source, **report_document(report)})
+        warnings = [*sequence.info.warnings, *report.warnings]
+        output.print_json({"source": source, **report_document(report), "warnings": warnings})
     else:
         print_report(report)
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import traceback as _traceback
@@ -33,7 +34,17 @@ def style(text: str, *, bold: bool = False, color: str | None = None) -> str:
 
 def print_json(document: Mapping[str, object]) -> None:
     """Print one document, with the version of its schema; stamps are given as strings by the caller."""
-    click.echo(json.dumps({"schema_version": SCHEMA_VERSION, **document}, indent=2, ensure_ascii=False))
+    whole = _finite({"schema_version": SCHEMA_VERSION, **document})
+    click.echo(json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _finite(value: object) -> object:
+    """Put null for numbers that JSON does not have: infinite ones and NaN."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_table(rows: Sequence[Sequence[str]], head: Sequence[str] | None = None) -> None:

@@ -27,6 +27,8 @@ def report_document(report: Report) -> dict[str, object]:
         "bytes_estimated": report.dry_run,
         "verified": report.verified,
         "left_out": list(report.left_out),
+        "left_out_frames": report.left_out_frames,
+        "left_out_rows": report.left_out_rows,
         "lossless": not report.losses,
         "losses": [loss_document(loss) for loss in report.losses],
         "warnings": list(report.warnings),
@@ -34,8 +36,10 @@ def report_document(report: Report) -> dict[str, object]:
 
 
 def loss_document(loss: Loss) -> dict[str, object]:
-    """Return a loss for JSON."""
-    return {name: getattr(loss, name) for name in loss.__dataclass_fields__}
+    """Return a loss for JSON; its error without the noise of binary fractions."""
+    fields = {name: getattr(loss, name) for name in loss.__dataclass_fields__}
+    error = loss.largest_error
+    return fields | {"largest_error": None if error is None else float(f"{error:.9g}")}
 
 
 def print_report(report: Report) -> None:
@@ -48,10 +52,11 @@ def print_report(report: Report) -> None:
         f"{done} {report.target}: {report.frames} images, {report.rows} rows, "
         f"{about}{output.size(report.nbytes)}{checked}"
     )
-    if report.left_out:
-        say(f"left out as asked: {', '.join(report.left_out)}")
+    left_out = _left_out(report)
+    if left_out:
+        say(f"left out as asked: {left_out}")
     if not report.losses:
-        say("nothing else lost" if report.left_out else "nothing lost")
+        say("nothing else lost" if left_out else "nothing lost")
         return
     rows = [
         (
@@ -65,3 +70,9 @@ def print_report(report: Report) -> None:
     ]
     click.echo("lost:")
     output.print_table(rows, ("stream", "what", "count", "largest error", "why"))
+
+
+def _left_out(report: Report) -> str:
+    """Say which streams and how much of the others are not in the target because the options say so."""
+    counts = ((report.left_out_frames, "images"), (report.left_out_rows, "rows"))
+    return ", ".join([*report.left_out, *(f"{count} {what}" for count, what in counts if count)])

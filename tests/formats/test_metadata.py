@@ -145,6 +145,10 @@ def test_a_changed_string_is_noticed(key: str) -> None:
         from_strings({name: text for name, text in strings.items() if name != key})
 
 
+def test_what_others_add_changes_nothing() -> None:
+    assert from_strings(to_strings(FULL) | {"operator": "Ada", "a": "1"}) == FULL
+
+
 def test_a_camera_that_nobody_knows_is_none() -> None:
     assert from_strings(_signed(to_strings(FULL) | {"camera": "fr9"})).camera is None
 

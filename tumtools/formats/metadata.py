@@ -131,6 +131,15 @@ def fitting(
     return replace(layout, overrides={row: text for row, text in layout.overrides.items() if fits(row, text)})
 
 
+KEYS: Final = frozenset({"version", _CRC, *(one.name for one in fields(Metadata))})
+"""All that `to_strings` writes; other keys beside them are somebody else's."""
+
+
+def is_metadata(strings: Mapping[str, str]) -> bool:
+    """Tell whether strings that others may write to as well are ours, be they damaged."""
+    return bool({_CRC, "streams"} & strings.keys())
+
+
 def to_strings(metadata: Metadata) -> dict[str, str]:
     """Return the metadata as strings; nested values as JSON; nothing for what is unknown."""
     result = {"version": VERSION}
@@ -145,8 +154,8 @@ def to_strings(metadata: Metadata) -> dict[str, str]:
 
 
 def _crc(strings: Mapping[str, str]) -> str:
-    """Return a checksum; not every container has one for what is beside its messages."""
-    lines = "".join(f"{key}={strings[key]}\n" for key in sorted(strings) if key != _CRC)
+    """Return a checksum of what is ours; not every container has one for what is beside its messages."""
+    lines = "".join(f"{key}={strings[key]}\n" for key in sorted(KEYS & strings.keys()) if key != _CRC)
     return f"{zlib.crc32(lines.encode('utf-8', 'surrogatepass')):08x}"
 
 

@@ -16,8 +16,12 @@ import zstandard
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from tests.memory import Memory, groundtruth
+from tumtools.convert import convert
 from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.options import WriteOptions
 from tumtools.formats.rosbag2.recording import Rosbag2Recording
+from tumtools.sources import open_source
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -147,6 +151,39 @@ def test_one_sqlite_file_is_read_without_its_folder(tmp_path: Path) -> None:
     recording = Rosbag2Recording(folder / "bag.db3")
     assert recording.warnings == ("read without the metadata.yaml of its folder",)
     assert read(folder / "bag.db3") == some_messages()
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_one_file_of_ours_says_what_its_folder_says(tmp_path: Path, storage: str) -> None:
+    source = Memory({"rgb": [START], "depth": [START]}, groundtruth=groundtruth())
+    convert(source, tmp_path / "bag", "rosbag2", WriteOptions(storage=storage))
+    (file,) = (path for path in (tmp_path / "bag").iterdir() if path.name != "metadata.yaml")
+    with open_source(tmp_path / "bag") as whole, open_source(file) as part:
+        assert part.info.name == whole.info.name == source.info.name
+        assert part.info.digest == whole.info.digest is not None
+        assert part.info.not_carried == whole.info.not_carried == ()
+
+
+def test_what_others_note_beside_our_metadata_is_told_and_does_no_harm(tmp_path: Path) -> None:
+    convert(Memory({"rgb": [START]}), tmp_path / "bag", "rosbag2")
+    custom = dict(Rosbag2Recording(tmp_path / "bag").metadata or {})
+    edit(tmp_path / "bag", custom_data={**custom, "operator": "Ada", "weather": "rain"})
+    with open_source(tmp_path / "bag") as sequence:
+        assert sequence.image_stamps("rgb").tolist() == [START]
+        losses = [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried]
+    assert losses == [(f"custom_data {key}", "entry not carried over", 1) for key in ("operator", "weather")]
+    edit(tmp_path / "bag", custom_data={**custom, "name": "another"})
+    with pytest.raises(InputError, match="CRC"):
+        open_source(tmp_path / "bag")
+
+
+@pytest.mark.parametrize("keys", [["operator"], ["name", "version"]])
+def test_what_others_note_in_a_recording_of_theirs_is_told(tmp_path: Path, keys: list[str]) -> None:
+    folder = write(tmp_path / "bag", some_messages())
+    edit(folder, custom_data=dict.fromkeys(keys, "x"))
+    with open_source(folder) as sequence:
+        told = [loss.stream for loss in sequence.info.not_carried]
+    assert told == [*(f"custom_data {key}" for key in keys), "/topic0", "/topic1"]
 
 
 def test_folder_name_before_the_file_name_is_forgiven(tmp_path: Path) -> None:

@@ -16,12 +16,12 @@ import zstandard
 
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
 from tumtools.formats.mcap.recording import McapRecording
-from tumtools.formats.metadata import DIGEST_RECORD
+from tumtools.formats.metadata import DIGEST_RECORD, KEYS, is_metadata
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag2.bag_info import FILE_NAME, BagInfo, read_bag_info
 from tumtools.formats.rosbag2.sqlite_reader import SqliteRecording
-from tumtools.model.sequence import sum_losses
+from tumtools.model.sequence import Loss, sum_losses
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -67,12 +67,16 @@ class Rosbag2Recording(Recording):
                 raise
             warnings.append(f"{error.message}; this file and those after it are left out")
         self.channels, self._places = _merge_channels(self._parts, info)
-        custom = dict(info.custom_data)
-        self.digest = _strings(custom.pop(DIGEST_RECORD, "")) or next(
-            (p.digest for p in self._parts if p.digest), None
+        custom = dict(info.custom_data or next((p.metadata for p in self._parts if p.metadata), {}))
+        digest = _strings(custom.pop(DIGEST_RECORD, ""))
+        self.digest = digest or next((p.digest for p in self._parts if p.digest), None)
+        if is_metadata(custom):
+            self.metadata = {key: custom.pop(key) for key in KEYS & custom.keys()}
+        why = "a sequence has no place for what others note in the custom_data of a recording"
+        self.not_carried = (
+            *(Loss(f"custom_data {key}", "entry not carried over", 1, why) for key in sorted(custom)),
+            *sum_losses(loss for part in self._parts for loss in part.not_carried),
         )
-        self.metadata = custom or next((p.metadata for p in self._parts if p.metadata), None)
-        self.not_carried = sum_losses(loss for part in self._parts for loss in part.not_carried)
         self.warnings = (*warnings, *(warning for part in self._parts for warning in part.warnings))
 
     def _open(self, file: Path, info: BagInfo, *, salvage: bool) -> Recording:

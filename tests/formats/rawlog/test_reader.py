@@ -177,6 +177,18 @@ def test_swapped_sizes_of_old_scans_are_undone(tmp_path: Path) -> None:
         assert camera_info.k == (7, 0, 3, 0, 8, 2, 0, 0, 1)
 
 
+def test_calibrations_that_change_are_counted(tmp_path: Path) -> None:
+    def scans(label: str, *rows: int) -> list[Record]:
+        cameras = [made.camera(count) for count in rows]
+        return [scan(TICKS + n, label, camera=c, **with_depth(COUNTS)) for n, c in enumerate(cameras)]
+
+    path = save(tmp_path / "a.rawlog", *scans("L", 7, 7, 8, 9), *scans("R", 5, 5))
+    for label, expected in {"L": [("depth", 2)], "R": []}.items():
+        with opened(path, topics={"depth": label}) as sequence:
+            what = "calibrations that differ from the first"
+            assert [(o.stream, o.count) for o in sequence.info.not_carried if o.what == what] == expected
+
+
 def test_a_missing_external_file_is_warned_of_and_refused_when_images_are_wanted(tmp_path: Path) -> None:
     path = made.written(made.typical(), tmp_path)
     victim = next((tmp_path / "made" / "made_Images").glob("*_rgb.png"))

@@ -246,6 +246,29 @@ def test_a_rawlog_that_was_cut_since_is_read_with_a_warning(tmp_path: Path) -> N
         assert any("rows of rgb are there" in text for text in sequence.info.warnings)
 
 
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_legacy_rawlog_has_one_calibration_whatever_lacks_a_partner(is_known: bool, tmp_path: Path) -> None:
+    """Rows and columns are swapped in that dialect, in scans with and without depth."""
+    images = made.typical()._images
+    source = made.Made({"rgb": images["rgb"], "depth": images["depth"][1:2]}, camera="fr1")
+    path = written(source, tmp_path, dialect="legacy", compression="none")
+    records = list(Objects(path))
+    assert [record.integer("has_range") for record in records[1:]] == [0, 1, 0]
+    if not is_known:  # what somebody else wrote
+        made.save(path, *records[1:])
+    with opened(path) as sequence:
+        assert (sequence.info.camera == "fr1") == is_known
+        assert (sequence.info.not_carried, sequence.info.warnings) == ((), ())
+        if not is_known:
+            assert sequence.cameras["rgb"] == calibration("fr1", "rgb", 8, 6)
+
+
+def test_images_of_several_sizes_have_calibrations_of_their_own_that_are_no_change(tmp_path: Path) -> None:
+    images = [(FIRST, made.colour(0)), (FIRST + FRAME_NS, made.colour(1, 16, 12))]
+    with opened(written(made.Made({"rgb": images}, camera="fr1"), tmp_path)) as sequence:
+        assert (sequence.info.not_carried, sequence.info.warnings) == ((), ())
+
+
 def test_a_comment_that_is_damaged_is_not_used(tmp_path: Path) -> None:
     text = dump(
         Notes(Metadata("x", text={"rgb": TextLayout()}), "modern", cameras={"rgb": calibration("fr1", "rgb")})

@@ -70,7 +70,7 @@ def imu_of(record: Record) -> Imu:
 def cameras_of(record: Record) -> Iterator[tuple[str, CameraInfo]]:
     """Yield the intrinsics that an observation carries, by image stream."""
     if record.type == "CObservation3DRangeScan":
-        swapped = record.version <= _SWAPPED_SIZE_UNTIL and bool(record.integer("range_external"))
+        swapped = record.version <= _SWAPPED_SIZE_UNTIL and _is_external(record)
         names = (("depth", "camera"), ("ir" if record.integer("channel") else "rgb", "camera_intensity"))
         for stream, name in names:
             present = record.integer("has_range" if stream == "depth" else "has_intensity")
@@ -78,6 +78,14 @@ def cameras_of(record: Record) -> Iterator[tuple[str, CameraInfo]]:
                 yield stream, camera
     elif record.type == "CObservationImage" and (camera := camera_of(record.child("camera"))):
         yield "rgb", camera
+
+
+def _is_external(scan: Record) -> bool:
+    """Tell whether the images of a scan are external: that of depth, or where there is none, the other."""
+    if scan.integer("has_range"):
+        return bool(scan.integer("range_external"))
+    image = scan.child("intensity")
+    return image is not None and bool(image.integer("external"))
 
 
 def _moves(pose: Record | None) -> bool:

@@ -256,8 +256,6 @@ class RawlogSequence(Sequence):
             )
         if found.timeless:
             warn(f"{path}: {found.timeless} observations have no time and are left out")
-        for stream in sorted(found.cameras_changed):
-            warn(f"{path}: the intrinsics of {stream} change; those of the first observation are given")
         if self._missing:
             name = self._missing[0].place.picture.file
             warn(f"{path}: {len(self._missing)} external files are missing, the first is {name}")
@@ -314,8 +312,17 @@ class RawlogSequence(Sequence):
         )
         for (label, what), count in sorted(others.items()):
             yield Loss(label, what, count, "no or another sensor was chosen for the stream")
+        if self._notes is None:  # in our own files they follow from the size of each image
+            yield from self._other_cameras(found, labels)
         if found.comment and self._notes is None:
             yield Loss("comment", "comment text", 1, _NO_PLACE)
+
+    @staticmethod
+    def _other_cameras(found: Survey, labels: dict[str, str]) -> Iterator[Loss]:
+        why = "a sequence has one calibration for each image stream, that of its first observation"
+        for (stream, label), count in sorted(found.cameras_changed.items()):
+            if labels.get(stream) == label:
+                yield Loss(stream, "calibrations that differ from the first", count, why)
 
     def details(self) -> Mapping[str, tuple[DetailRow, ...]]:
         """Return what is in the rawlog: the file, its classes, its sensors."""

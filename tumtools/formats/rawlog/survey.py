@@ -100,7 +100,7 @@ class Survey:
         first: First image of each stream and label, with what is embedded.
         accelerations: By label.
         cameras: First intrinsics of each stream and label.
-        cameras_changed: Streams whose intrinsics change.
+        cameras_changed: Observations of each stream and label whose intrinsics are not the first.
         not_carried: By label and what it is.
         euclidean: Depth images that hold distances along the ray, by label.
         timeless: Images and accelerations without a time.
@@ -118,7 +118,7 @@ class Survey:
     first: dict[tuple[str, str], Picture] = field(default_factory=dict)
     accelerations: dict[str, Accelerations] = field(default_factory=dict)
     cameras: dict[tuple[str, str], CameraInfo] = field(default_factory=dict)
-    cameras_changed: set[str] = field(default_factory=set)
+    cameras_changed: Counter[tuple[str, str]] = field(default_factory=Counter)
     not_carried: Counter[tuple[str, str]] = field(default_factory=Counter)
     euclidean: Counter[str] = field(default_factory=Counter)
     timeless: int = 0
@@ -195,7 +195,7 @@ class Survey:
     def _add_cameras(self, observation: Record, label: str) -> None:
         for stream, camera in observations.cameras_of(observation):
             if self.cameras.setdefault((stream, label), camera) != camera:
-                self.cameras_changed.add(stream)
+                self.cameras_changed[stream, label] += 1
 
     def _add_acceleration(self, imu: observations.Imu, label: str, ticks: int) -> None:
         if not ticks:

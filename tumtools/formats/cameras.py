@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tumtools authors
 # SPDX-License-Identifier: MIT
-"""Which intrinsics are written for a stream."""
+"""Which intrinsics a sequence has of its own, and which are written for a stream."""
 
 from __future__ import annotations
 
@@ -9,8 +9,32 @@ from typing import TYPE_CHECKING
 from tumtools.model.camera import CAMERAS, ROS_DEFAULT, CameraInfo, calibration
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from tumtools.formats.options import WriteOptions
-    from tumtools.model.sequence import Sequence
+    from tumtools.model.sequence import ImageStreamInfo, Sequence
+
+
+def own_calibrations(
+    found: Mapping[str, CameraInfo], camera: str | None, images: Mapping[str, ImageStreamInfo]
+) -> dict[str, CameraInfo]:
+    """Return the intrinsics that do not follow from the camera; every container holds some.
+
+    Args:
+        found: Intrinsics by stream, as a source has them.
+        camera: One of `CAMERAS`, None if unknown.
+        images: The image streams; what has no images needs no intrinsics.
+
+    """
+    result = {}
+    for stream, one in found.items():
+        image = images.get(stream)
+        if image is not None and image.count:
+            # The size is not known where the first image is damaged or missing.
+            size = (image.width, image.height) if image.width else (one.width, one.height)
+            if one != calibration(camera or ROS_DEFAULT, stream, *size):
+                result[stream] = one
+    return result
 
 
 def known_camera(sequence: Sequence, options: WriteOptions) -> str | None:

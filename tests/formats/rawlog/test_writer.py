@@ -184,6 +184,30 @@ def test_own_intrinsics_come_back_whole_and_defaults_are_not_taken_for_them(tmp_
         assert (sequence.info.camera, sequence.cameras) == ("fr1", {})
 
 
+@pytest.mark.parametrize("dialect", ["modern", "legacy", "converter"])
+@pytest.mark.parametrize("camera", ["fr1", None])
+def test_intrinsics_that_follow_from_the_camera_are_none_of_its_own_as_in_mcap(
+    dialect: str, camera: str | None, tmp_path: Path
+) -> None:
+    """What a conversion loses would otherwise hang on the way that it took."""
+    source = made.typical()
+    source.info = replace(source.info, camera=camera)
+    source.cameras = {"rgb": calibration(camera or "ros-default", "rgb", 8, 6)}
+    path = written(source, tmp_path, dialect=dialect)
+    if dialect == "converter":  # its one calibration is for images of 640x480
+        source.cameras = {
+            "rgb": calibration("ros-default", "rgb"),
+            "depth": calibration("ros-default", "rgb"),
+        }
+    else:
+        source.cameras = {}
+    with opened(path) as sequence:
+        assert sequence.cameras == source.cameras
+        convert(sequence, tmp_path / "x.mcap", "mcap", WriteOptions(archive=True))
+    with open_source(tmp_path / "x.mcap") as sequence:
+        assert sequence.cameras == source.cameras
+
+
 def test_depth_in_other_units_is_kept_as_it_is(tmp_path: Path) -> None:
     source = Made({"depth": [(FIRST, made.depth(units=1000.0))]})
     for dialect in ("modern", "legacy"):

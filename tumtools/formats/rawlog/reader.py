@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.rawlog import comment, describe
 from tumtools.formats.rawlog.embedded import Embedded, pictures_in
 from tumtools.formats.rawlog.externals import Folder
@@ -123,20 +124,16 @@ class RawlogSequence(Sequence):
         self.accelerometer = self._make_accelerometer(found, labels.get(ACCELEROMETER))
         self._drop_stale_notes()
         self.groundtruth, text = self._read_groundtruth()
-        self.cameras = (
-            self._notes.cameras
-            if self._notes
-            else {
-                stream: camera
-                for (stream, label), camera in found.cameras.items()
-                if labels.get(stream) == label
-            }
-        )
         self._missing = [
             entry for entries in self._entries.values() for entry in entries if not self._is_there(entry)
         ]
         self._add_warnings(found, labels)
         self.info = self._make_info(found, labels, text)
+        cameras = {
+            stream: one for (stream, label), one in found.cameras.items() if labels.get(stream) == label
+        }
+        kept = self._notes.cameras if self._notes else cameras
+        self.cameras = own_calibrations(kept, self.info.camera, self.info.images)
 
     # --- the header -----------------------------------------------------------------------------------
 

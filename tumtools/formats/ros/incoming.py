@@ -14,6 +14,7 @@ import numpy as np
 
 from tumtools.errors import InputError, UsageError
 from tumtools.formats import metadata
+from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.ros import signals
 from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.gather import Gathered, Times, gather, header_stamp
@@ -22,7 +23,7 @@ from tumtools.formats.ros.layouts import LAYOUTS, is_default_frame
 from tumtools.formats.ros.order import ImageOrder
 from tumtools.formats.ros.tf import TransformTree, find_path
 from tumtools.formats.ros.topics import loss_of, resolve
-from tumtools.model.camera import ROS_DEFAULT, CameraInfo, calibration, camera_of_name
+from tumtools.model.camera import camera_of_name
 from tumtools.model.digest import from_strings
 from tumtools.model.sequence import (
     IMAGE_STREAMS,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from tumtools.formats.options import ReadOptions
     from tumtools.formats.ros.codec import Message
     from tumtools.formats.ros.recording import Channel, RawMessage, Recording
+    from tumtools.model.camera import CameraInfo
     from tumtools.model.image import Image
     from tumtools.model.text import TextLayout
 
@@ -121,7 +123,7 @@ class RosSequence(Sequence):
         text = self._text_layouts()
         meta_camera = self._meta.camera if self._meta else None
         camera = meta_camera or (None if self._meta else camera_of_name(name))
-        self.cameras = dict(self._read_cameras(images, camera))
+        self.cameras = own_calibrations(dict(self._read_cameras()), camera, images)
         self.info = SequenceInfo(
             name=self._meta.name if self._meta else name,
             format=recording.format,
@@ -294,19 +296,13 @@ class RosSequence(Sequence):
     def _png_units(self) -> float | None:
         return self._meta.depth_units_per_metre if self._meta else None
 
-    def _read_cameras(
-        self, images: dict[str, ImageStreamInfo], camera: str | None
-    ) -> Iterator[tuple[str, CameraInfo]]:
-        """Yield calibrations that do not follow from the camera's name."""
+    def _read_cameras(self) -> Iterator[tuple[str, CameraInfo]]:
+        """Yield the calibrations of the first messages."""
         for stream, channel in self._resolution.infos.items():
             first = next(self._recording.messages([channel]), None)
-            if first is None or not images[stream].width:
-                continue
-            with self._named(channel, first.log_time):
-                found = signals.camera_info(self._type(channel).decode(first.data))
-            known = calibration(camera or ROS_DEFAULT, stream, images[stream].width, images[stream].height)
-            if found != known:
-                yield stream, found
+            if first is not None:
+                with self._named(channel, first.log_time):
+                    yield stream, signals.camera_info(self._type(channel).decode(first.data))
 
     def _text_layouts(self) -> dict[str, TextLayout]:
         """Return the look of the text files as far as it fits what the messages say."""

@@ -40,6 +40,8 @@ def _recording(path: Path, encoding: MessageEncoding = "cdr", **writer: Any) -> 
         file.other("/log", "Log", "jsonschema")
         file.library.add_attachment(START, START, "calibration.yaml", "text/plain", b"x: 1")
         file.library.add_metadata("somebody", {"a": "b"})
+        file.library.add_metadata("operator", {"name": "Ada"})
+        file.library.add_metadata("somebody", {"a": "c"})
     return path
 
 
@@ -71,8 +73,8 @@ def test_what_the_writer_left_out_is_found_all_the_same(
     with open_source(_recording(tmp_path / "x.mcap", encoding, **WRITERS[writer])) as sequence:
         _check(sequence)
         dropped = {loss.stream: loss for loss in sequence.info.not_carried}
-        assert set(dropped) == {"/markers", "/log", "attachments"}
-        assert dropped["/markers"].count == 1
+        counts = {"attachments": 1, "metadata operator": 1, "metadata somebody": 2}
+        assert {name: loss.count for name, loss in dropped.items()} == {"/markers": 1, "/log": 1, **counts}
         assert "foxglove.SceneUpdate" in dropped["/markers"].why
         assert not sequence.info.warnings
 

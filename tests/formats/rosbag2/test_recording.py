@@ -16,6 +16,7 @@ import zstandard
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from tests.formats.mcap.foreign import Foreign
 from tests.memory import Memory, groundtruth
 from tumtools.convert import convert
 from tumtools.errors import InputError, MissingInputError
@@ -184,6 +185,15 @@ def test_what_others_note_in_a_recording_of_theirs_is_told(tmp_path: Path, keys:
     with open_source(folder) as sequence:
         told = [loss.stream for loss in sequence.info.not_carried]
     assert told == [*(f"custom_data {key}" for key in keys), "/topic0", "/topic1"]
+
+
+def test_metadata_records_are_told_but_for_the_copy_of_metadata_yaml(tmp_path: Path) -> None:
+    folder = write(tmp_path / "bag", some_messages(), "mcap")
+    with Foreign(folder / "bag.mcap") as file:
+        for name in ("rosbag2", "operator"):
+            file.library.add_metadata(name, {"serialized_metadata": ""})
+    with open_source(folder) as sequence:
+        assert [loss.stream for loss in sequence.info.not_carried] == ["metadata operator"]
 
 
 def test_folder_name_before_the_file_name_is_forgiven(tmp_path: Path) -> None:

@@ -70,7 +70,7 @@ def test_files_at_the_top_of_the_archive_and_deep_in_it_are_found(tmp_path: Path
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_files_beside_the_sequence_are_not_part_of_it(tmp_path: Path, suffix: str) -> None:
+def test_files_beside_the_sequence_are_not_part_of_it_and_told(tmp_path: Path, suffix: str) -> None:
     folder = tmp_path / "outer"
     shutil.copytree(FULL, folder / "seq")
     name = next((FULL / "rgb").iterdir()).name
@@ -79,6 +79,12 @@ def test_files_beside_the_sequence_are_not_part_of_it(tmp_path: Path, suffix: st
     (folder / "README").write_text("hello")
     path = pack(folder, tmp_path / f"x{suffix}", "alphabetical")
     assert _value(path) == _value(FULL)
+    with open_source(path) as sequence:
+        assert [(loss.stream, loss.count) for loss in sequence.info.not_carried] == [
+            ("../README", 1),
+            ("../rgb/", 1),
+        ]
+        assert all("beside the folder of the sequence" in loss.why for loss in sequence.info.not_carried)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

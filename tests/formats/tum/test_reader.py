@@ -245,6 +245,51 @@ def test_images_in_deeper_folders_are_found(folder: Path) -> None:
         assert sequence.info.images["rgb"].source == "rgb/data"
 
 
+def _not_carried(folder: Path) -> list[tuple[str, int, str]]:
+    with open_source(folder) as sequence:
+        assert len(list(sequence.images())) == 8
+        return [(loss.stream, loss.count, loss.why) for loss in sequence.info.not_carried]
+
+
+@pytest.mark.parametrize("depth", [4, 5, 200])
+def test_files_are_found_however_deep_they_lie(folder: Path, depth: int) -> None:
+    below = "/".join("d" * depth)
+    (folder / below).mkdir(parents=True)
+    (folder / "rgb").rename(folder / below / "rgb")
+    _edit(folder / "rgb.txt", " rgb/", f" {below}/rgb/")
+    (folder / below / "notes.md").write_text("hello")
+    assert _not_carried(folder) == [(f"{below}/", 1, "no list of the sequence names it")]
+
+
+def test_folders_that_link_to_each_other_come_to_an_end_and_all_ways_to_an_image_count(folder: Path) -> None:
+    for name in "ab":
+        (folder / name).mkdir()
+    (folder / "a" / "b").symlink_to(folder / "b")
+    (folder / "b" / "a").symlink_to(folder / "a")
+    (folder / "rgb").rename(folder / "b" / "rgb")
+    _edit(folder / "rgb.txt", " rgb/", " a/b/rgb/")
+    lies_in, unnamed = "a link to a folder that it lies in", "no list of the sequence names it"
+    assert _not_carried(folder) == [("a/b/", 1, lies_in), ("b/a/", 1, lies_in), ("b/rgb/", 4, unnamed)]
+
+
+def test_links_to_nowhere_pipes_and_sockets_are_told_and_not_read(folder: Path) -> None:
+    (folder / "gone.txt").symlink_to("nowhere")
+    (folder / "self").symlink_to("self")
+    (folder / "calib").mkdir()
+    for name in ("x", "y"):
+        (folder / "calib" / name).symlink_to("nowhere")
+    os.mkfifo(folder / "pipe")
+    (folder / "to_pipe").symlink_to("pipe")
+    nowhere, neither = "a link that leads nowhere", "neither a file nor a folder"
+    assert _not_carried(folder) == [
+        ("gone.txt", 1, nowhere),
+        ("pipe", 1, neither),
+        ("self", 1, nowhere),
+        ("to_pipe", 1, neither),
+        ("calib/", 2, nowhere),
+    ]
+
+
 def test_links_to_images_are_followed_and_links_to_nowhere_are_missing(folder: Path) -> None:
     first, second = sorted((folder / "rgb").iterdir())[:2]
     first.rename(folder.parent / "elsewhere.png")
@@ -259,8 +304,7 @@ def test_links_to_images_are_followed_and_links_to_nowhere_are_missing(folder: P
 
 def test_a_folder_that_links_to_itself_comes_to_an_end(folder: Path) -> None:
     (folder / "loop").symlink_to(folder)
-    with open_source(folder) as sequence:
-        assert len(list(sequence.images())) == 8
+    assert _not_carried(folder) == [("loop", 1, "a link to a folder that it lies in")]
 
 
 def test_a_pipe_among_the_files_is_not_waited_for(folder: Path) -> None:

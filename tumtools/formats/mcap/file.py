@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import mmap
 import struct
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -93,6 +94,7 @@ class McapFile:
         counts: Messages of each channel, if the file has statistics.
         scanned: Channel -> (log time, chunk, offset) of each message; only if there was no index.
         notes: The metadata records named `tumtools` and `tumtools.digest`, as far as they are there.
+        other_notes: How many metadata records there are of each other name.
         attachments: How many there are.
         warnings: What was wrong and has been passed over.
 
@@ -162,6 +164,7 @@ class McapFile:
         self.counts: Mapping[int, int] | None = None
         self.scanned: dict[int, list[tuple[int, int, int]]] = {}
         self.attachments = 0
+        self.other_notes: Counter[str] = Counter()
         self._metadata_records = 0
         self._side_records = (0, 0)
         self._statistics_offset = 0
@@ -283,10 +286,13 @@ class McapFile:
             self._metadata_records += 1
             place, _ = fields.number("Q"), fields.number("Q")
             name = fields.string()
-            if name in _NOTES and self._take_metadata(place) != name:
+            if name not in _NOTES:
+                self.other_notes[name] += 1
+            elif self._take_metadata(place) != name:
                 raise self.error(f"the index names a metadata record {name!r} here", place)
         elif op == Op.METADATA:
-            self._take_metadata(offset)
+            name = self._take_metadata(offset)
+            self.other_notes.update([name] if name not in _NOTES else [])
         elif op in {Op.ATTACHMENT, Op.ATTACHMENT_INDEX}:
             self.attachments += 1
 

@@ -64,10 +64,17 @@ class McapRecording(Recording):
         self.metadata = self._file.notes.get(RECORD)
         self.digest = self._file.notes.get(DIGEST_RECORD)
         self.channels = tuple(self._make_channels())
+        self.not_carried = tuple(self._besides())
+        self.warnings = tuple(self._file.warnings)
+
+    def _besides(self) -> Iterator[Loss]:
+        """Yield what is in the file besides messages."""
         if self._file.attachments:
             why = "attachments are no part of a sequence"
-            self.not_carried = (Loss("attachments", "not carried over", self._file.attachments, why),)
-        self.warnings = tuple(self._file.warnings)
+            yield Loss("attachments", "not carried over", self._file.attachments, why)
+        for name, count in sorted(self._file.other_notes.items()):
+            why = "a sequence has no place for the metadata records of others"
+            yield Loss(f"metadata {name}", "record not carried over", count, why)
 
     def _make_channels(self) -> Iterator[Channel]:
         for number, channel in sorted(self._file.channels.items()):

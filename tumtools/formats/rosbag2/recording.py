@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 _MAX_MESSAGE_BYTES: Final = 256 * 2**20
 _MAX_WINDOW: Final = 128 * 2**20
 _FRAME_HEADER_BYTES: Final = 18
+_COPY_OF_INFO: Final = "metadata rosbag2"
+"""A metadata record of MCAP in which rosbag2 keeps a copy of metadata.yaml."""
 _STORAGES: Final = {"sqlite3": SqliteRecording, "mcap": McapRecording}
 _SUFFIXES: Final = {".db3": "sqlite3", ".mcap": "mcap"}
 
@@ -75,7 +77,9 @@ class Rosbag2Recording(Recording):
         why = "a sequence has no place for what others note in the custom_data of a recording"
         self.not_carried = (
             *(Loss(f"custom_data {key}", "entry not carried over", 1, why) for key in sorted(custom)),
-            *sum_losses(loss for part in self._parts for loss in part.not_carried),
+            *sum_losses(
+                loss for part in self._parts for loss in part.not_carried if loss.stream != _COPY_OF_INFO
+            ),
         )
         self.warnings = (*warnings, *(warning for part in self._parts for warning in part.warnings))
 

@@ -237,12 +237,17 @@ class TumSequence(Sequence):
 
     def _other_files(self) -> Iterator[Loss]:
         known = {name for names in self.names.values() for name in names} | set(self.files.values())
-        why = "no list of the sequence names it"
-        others = sorted(self._storage.files.keys() - known)
-        yield from (Loss(name, "file not carried over", 1, why) for name in others if "/" not in name)
+        found = dict.fromkeys(self._storage.files, "no list of the sequence names it")
+        found.update(self._storage.others)
         # The files of a folder are not in one piece: a/b lies between a.txt and a/b.txt.
-        folders = Counter(name.rpartition("/")[0] for name in others if "/" in name)
-        for folder, count in sorted(folders.items()):
+        folders: Counter[tuple[str, str]] = Counter()
+        for name in sorted(found.keys() - known):
+            folder = name.rpartition("/")[0]
+            if set(folder.split("/")) <= {"", ".."}:
+                yield Loss(name, "file not carried over", 1, found[name])
+            else:
+                folders[folder, found[name]] += 1
+        for (folder, why), count in sorted(folders.items()):
             yield Loss(f"{folder}/", "files not carried over", count, why)
 
     def _warnings(self) -> Iterator[str]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import posixpath
 import stat
 import zipfile
 from abc import ABC, abstractmethod
@@ -29,8 +30,7 @@ LIST_FILES: Final = {
 """The text files of a sequence and their streams; the paper calls the accelerometer's file imu.txt."""
 
 
-_MAX_DEPTH: Final = 3
-"""Folders below the sequence that are looked into; links may lead in circles."""
+_BESIDE: Final = "it lies beside the folder of the sequence in the archive"
 
 
 class Storage(ABC):
@@ -40,6 +40,7 @@ class Storage(ABC):
         label: What to call it in messages.
         name: Base name of the folder that holds the files.
         files: Relative name, with `/` -> size in bytes.
+        others: Relative name of what can be no file of the sequence -> why.
         sequential: Reading in another order than that of the archive is slow.
 
     """
@@ -47,6 +48,7 @@ class Storage(ABC):
     label: str
     name: str
     files: Mapping[str, int]
+    others: Mapping[str, str] = {}
     sequential: bool = False
 
     @abstractmethod
@@ -83,10 +85,12 @@ class Folder(Storage):
         self.name = path.resolve().name
         self._path = path
         try:
-            self.files = dict(_walk(path, ""))
+            found = dict(_walk(path))
         except OSError as error:
             place = error.filename or path
             raise InputError(f"cannot read this folder: {error.strerror}", path=place) from error
+        self.files = {name: size for name, size in found.items() if isinstance(size, int)}
+        self.others = {name: why for name, why in found.items() if isinstance(why, str)}
 
     def read(self, name: str) -> bytes:
         """Return a file."""
@@ -105,19 +109,45 @@ class Folder(Storage):
             raise InputError(f"cannot read: {error.strerror}", path=self.place(name)) from error
 
 
-def _walk(path: Path, prefix: str) -> Iterator[tuple[str, int]]:
-    with os.scandir(path) as entries:
-        for entry in sorted(entries, key=lambda entry: entry.name):
-            try:
-                is_folder, is_file = entry.is_dir(), entry.is_file()
-            except OSError:
-                continue  # a link to itself
-            if is_folder:
-                if prefix.count("/") < _MAX_DEPTH:
-                    yield from _walk(Path(entry.path), f"{prefix}{entry.name}/")
-            elif is_file:
-                yield prefix + entry.name, entry.stat().st_size
-            # Links to nowhere are missing files; reading a pipe or a device might never end.
+def _walk(path: Path) -> Iterator[tuple[str, int | str]]:
+    """Yield what is below a folder: the size of a file; why it is none of what is neither file nor folder.
+
+    Links to folders are followed, but not to one that they lie in.
+    """
+    way = [_identity(path.stat())]
+    levels = [("", _entries(str(path)))]
+    while levels:
+        prefix, entries = levels[-1]
+        entry = next(entries, None)
+        if entry is None:
+            levels.pop()
+            way.pop()
+            continue
+        name = prefix + entry.name
+        try:
+            is_folder, is_file = entry.is_dir(), entry.is_file()
+        except OSError:
+            is_folder = is_file = False  # a link to itself
+        if is_folder and _identity(entry.stat()) in way:
+            yield name, "a link to a folder that it lies in"
+        elif is_folder:
+            way.append(_identity(entry.stat()))
+            levels.append((f"{name}/", _entries(entry.path)))
+        elif is_file:
+            yield name, entry.stat().st_size
+        else:
+            # Reading a pipe or a device might never end.
+            nowhere = entry.is_symlink() and not Path(entry.path).exists()
+            yield name, "a link that leads nowhere" if nowhere else "neither a file nor a folder"
+
+
+def _entries(folder: str) -> Iterator[os.DirEntry[str]]:
+    with os.scandir(folder) as entries:
+        return iter(sorted(entries, key=lambda entry: entry.name))
+
+
+def _identity(found: os.stat_result) -> tuple[int, int]:
+    return found.st_dev, found.st_ino
 
 
 class Zip(Storage):
@@ -141,6 +171,7 @@ class Zip(Storage):
             name.removeprefix(root): member for name, member in members.items() if name.startswith(root)
         }
         self.files = {name: member.file_size for name, member in self._members.items()}
+        self.others = beside(members, root)
 
     def _list_members(self) -> Iterator[tuple[str, zipfile.ZipInfo]]:
         for member in self._archive.infolist():
@@ -204,3 +235,9 @@ def find_root(names: Iterable[str], archive: str) -> str:
             hint="unpack it and name one of the folders",
         )
     return best[0]
+
+
+def beside(names: Iterable[str], root: str) -> dict[str, str]:
+    """Return the files of an archive that are not in the folder of the sequence: relative name -> why."""
+    # With / before them, so that the working folder is not asked for.
+    return {posixpath.relpath(f"/{name}", f"/{root}"): _BESIDE for name in names if not name.startswith(root)}

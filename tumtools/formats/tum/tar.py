@@ -16,7 +16,7 @@ from tumtools.formats.tum.headers import DAMAGED_HINT, StrictTarInfo, check_end
 from tumtools.formats.tum.inflate import GZIP_MAGIC, ZSTD_MAGIC, RandomAccess, SeekableStream
 from tumtools.formats.tum.members import MAX_MEMBER_BYTES, check_tar_member
 from tumtools.formats.tum.spool import NoRoomError, SpooledStream
-from tumtools.formats.tum.storage import LIST_FILES, Storage, find_root
+from tumtools.formats.tum.storage import LIST_FILES, Storage, beside, find_root
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -110,6 +110,7 @@ class Tar(Storage):
         }
         self._texts = {name.removeprefix(root): text for name, text in self._texts.items()}
         self.files = {name: size for name, (_, size) in self._places.items()}
+        self.others = beside(members, root)
 
     def _open(self, source: _Bytes) -> dict[str, tuple[int, int]]:
         """Take the bytes and list the members; offset and size of each."""

@@ -163,6 +163,22 @@ def _to_json(value: object) -> str:
     return json.dumps(value, default=asdict, sort_keys=True, separators=(",", ":"))
 
 
+def parse_object(text: str | bytes) -> dict[str, str]:
+    """Read strings that a container keeps as one JSON object.
+
+    Raises:
+        ValueError: It is something else; says what.
+
+    """
+    try:
+        document: object = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"no JSON can be read ({error})") from error
+    if not isinstance(document, dict) or not all(isinstance(value, str) for value in document.values()):
+        raise ValueError("the JSON is no object of strings")
+    return document
+
+
 def from_strings(strings: Mapping[str, str]) -> Metadata:
     """Read the metadata.
 

@@ -72,3 +72,10 @@ def from_strings(strings: Mapping[str, str]) -> dict[str, KeptDigest] | None:
         elif name != "version":
             return None
     return found
+
+
+def is_damaged(strings: Mapping[str, str]) -> bool:
+    """Tell whether the strings are neither what `to_strings` writes nor the digest of another version."""
+    version = strings.get("version", "")
+    of_another = version != str(VERSION) and version.isascii() and version.isdecimal()
+    return not of_another and from_strings(strings) is None

@@ -67,7 +67,7 @@ def test_a_file_that_is_one_object_is_streamed_like_any_other(tmp_path: Path) ->
     with opened(save(tmp_path / "a.rawlog", whole)) as sequence:
         assert sequence.accelerometer is not None
         assert len(sequence.accelerometer) == 2
-    assert survey(tmp_path / "a.rawlog").comment == "by hand"
+    assert survey(tmp_path / "a.rawlog").comments == ["by hand"]
 
 
 def test_embedded_images_in_any_order_come_in_time_order(

@@ -24,7 +24,8 @@ from tumtools.errors import OutputError, UsageError
 from tumtools.formats.metadata import Metadata
 from tumtools.formats.options import ReadOptions, WriteOptions, no_progress
 from tumtools.formats.rawlog import store, writer
-from tumtools.formats.rawlog.comment import Notes, dump, parse
+from tumtools.formats.rawlog.archive import Record
+from tumtools.formats.rawlog.comment import Notes, dump, is_notes, parse
 from tumtools.formats.rawlog.objects import Objects
 from tumtools.formats.tum import reader as tum_reader
 from tumtools.images.codec import image_of_jpeg, image_of_pixels, pixels_of
@@ -293,12 +294,25 @@ def test_images_of_several_sizes_have_calibrations_of_their_own_that_are_no_chan
         assert (sequence.info.not_carried, sequence.info.warnings) == ((), ())
 
 
+def test_a_comment_of_others_beside_ours_is_told_and_does_no_harm(tmp_path: Path) -> None:
+    path = written(made.typical(), tmp_path, compression="none")
+    note = Record("CObservationComment", 0, {"text": "rain", "time": made.TICKS})
+    records = list(Objects(path))
+    made.save(path, note, *records, note, records[0])
+    with opened(path) as sequence:
+        assert sequence.info.name == "made"
+        assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
+            ("comment", "comments of tumtools besides the first", 1),
+            ("comment", "comment text", 2),
+        ]
+
+
 def test_a_comment_that_is_damaged_is_not_used(tmp_path: Path) -> None:
     text = dump(
         Notes(Metadata("x", text={"rgb": TextLayout()}), "modern", cameras={"rgb": calibration("fr1", "rgb")})
     )
-    assert parse(text) is not None
-    assert parse("somebody's") is None
+    assert parse(text).dialect == "modern"
+    assert not is_notes("somebody's")
     for damaged in (
         text[:-5],
         text.replace("%.6f", "%n"),

@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tumtools.errors import InputError
 from tumtools.formats import metadata
+from tumtools.model import digest
 from tumtools.model.camera import CameraInfo
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from tumtools.formats.metadata import Metadata
+    from tumtools.model.digest import KeptDigest
 
 _START: Final = '{"rawlog":'
 _DIGEST_START: Final = f'{{"{metadata.DIGEST_RECORD}":'
@@ -61,28 +63,41 @@ def dump_digest(strings: Mapping[str, str]) -> str:
     return json.dumps({metadata.DIGEST_RECORD: dict(strings)}, separators=(",", ":"), sort_keys=True)
 
 
-def parse_digest(text: str) -> dict[str, str] | None:
-    """Return the digest in a comment; None if it is another comment. Damaged ones hold nothing."""
-    if not text.startswith(_DIGEST_START):
-        return None
-    try:
-        document = json.loads(text)[metadata.DIGEST_RECORD]
-        return {str(name): str(value) for name, value in document.items()}
-    except (AttributeError, RecursionError, ValueError):
-        return {}
+def is_notes(text: str) -> bool:
+    """Tell whether a comment is ours and holds notes, be they damaged."""
+    return text.startswith(_START)
 
 
-def parse(text: str) -> Notes | None:
-    """Return the notes in a comment; None if it is somebody else's comment.
+def is_digest(text: str) -> bool:
+    """Tell whether a comment is ours and holds a digest, be it damaged."""
+    return text.startswith(_DIGEST_START)
+
+
+def parse_digest(text: str) -> Mapping[str, KeptDigest] | None:
+    """Return the digest in a comment of ours; None if it is one of another version.
 
     Raises:
-        ValueError: It is ours, and damaged or of a later version.
+        ValueError: It is damaged.
 
     """
-    if not text.startswith(_START):
-        return None
+    document = _parsed(text).get(metadata.DIGEST_RECORD)
+    if not isinstance(document, dict):
+        raise ValueError("the digest is no JSON object")  # noqa: TRY004 - of the text, not of a caller
+    strings = {str(name): str(value) for name, value in document.items()}
+    if digest.is_damaged(strings):
+        raise ValueError("the digest is not what tumtools writes")
+    return digest.from_strings(strings)
+
+
+def parse(text: str) -> Notes:
+    """Return the notes in a comment of ours.
+
+    Raises:
+        ValueError: They are damaged or of a later version.
+
+    """
+    document = _parsed(text)
     try:
-        document: dict[str, Any] = json.loads(text)
         own = document["rawlog"]
         return Notes(
             metadata=metadata.from_strings(document[metadata.RECORD]),
@@ -97,6 +112,16 @@ def parse(text: str) -> Notes | None:
     except (AttributeError, KeyError, RecursionError, TypeError) as error:
         msg = f"a part is missing or of the wrong type ({error})"
         raise ValueError(msg) from error
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        document = json.loads(text)
+    except RecursionError as error:
+        raise ValueError("the JSON is too deep") from error
+    if not isinstance(document, dict):
+        raise ValueError("the JSON is no object")  # noqa: TRY004 - of the text, not of a caller
+    return document
 
 
 def _camera(entry: dict[str, Any]) -> CameraInfo:

@@ -81,7 +81,7 @@ class Description:
         classes: By class and version.
         sensors: By label and class.
         images: Images by stream.
-        comment: Text of the comments.
+        comment: Text of the comments of others.
         external_folder: Name of the folder of the external files, if there is one.
         stopped: Why the reading ended before the end of the file; None if it did not.
 
@@ -142,7 +142,7 @@ def description_of(found: Survey) -> Description:
             for (type_, label), sensor in sorted(found.sensors.items(), key=lambda item: item[0][::-1])
         ),
         images=dict(Counter(place.picture.stream for place in found.places)),
-        comment=found.comment,
+        comment="".join(found.comments),
         external_folder=folder.name if folder else None,
         stopped=str(found.damage) if found.damage else None,
     )

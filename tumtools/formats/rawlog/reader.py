@@ -13,14 +13,14 @@ import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.cameras import own_calibrations
-from tumtools.formats.rawlog import comment, describe
+from tumtools.formats.rawlog import describe
 from tumtools.formats.rawlog.embedded import Embedded, pictures_in
 from tumtools.formats.rawlog.externals import Folder
+from tumtools.formats.rawlog.kept import read_kept
 from tumtools.formats.rawlog.labels import choose_labels
 from tumtools.formats.rawlog.survey import Place, Survey, survey
 from tumtools.formats.tum.text import parse
 from tumtools.model.camera import camera_of_name
-from tumtools.model.digest import from_strings
 from tumtools.model.sequence import (
     IMAGE_STREAMS,
     Frame,
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from tumtools.formats.options import ReadOptions
-    from tumtools.formats.rawlog.comment import Notes
     from tumtools.formats.rawlog.pictures import Picture
     from tumtools.model.image import Image
     from tumtools.model.sequence import DetailRow
@@ -111,8 +110,9 @@ class RawlogSequence(Sequence):
         if found.damage is not None and not options.salvage:
             raise found.damage
         self._survey = found
-        self._warnings: list[str] = []
-        self._notes = self._read_notes(found)
+        self._kept = read_kept(path, found, salvage=options.salvage)
+        self._warnings = list(self._kept.warnings)
+        self._notes = self._kept.notes
         self._metadata = self._notes.metadata if self._notes else None
         labels = choose_labels(path, found, options, self._warnings)
         places = [place for place in found.places if labels.get(place.picture.stream) == place.picture.label]
@@ -136,16 +136,6 @@ class RawlogSequence(Sequence):
         self.cameras = own_calibrations(kept, self.info.camera, self.info.images)
 
     # --- the header -----------------------------------------------------------------------------------
-
-    def _read_notes(self, found: Survey) -> Notes | None:
-        try:
-            return comment.parse(found.comment)
-        except ValueError as error:
-            self._warnings.append(
-                f"{self._path}: the comment of tumtools cannot be read ({error}); "
-                "original stamps, header lines and decimals are those of the rawlog"
-            )
-            return None
 
     def _make_entries(self, places: list[Place]) -> dict[str, list[_Entry]]:
         """Give every image its stamp and its row; in the order of the rows."""
@@ -272,7 +262,7 @@ class RawlogSequence(Sequence):
             frame_ids=dict(self._notes.frame_ids) if self._notes else {},
             licence=meta.licence if meta else None,
             citation=meta.citation if meta else None,
-            digest=from_strings(found.digest) if found.digest else None,
+            digest=self._kept.digest,
             not_carried=tuple(self._not_carried(found, labels)),
             warnings=tuple(self._warnings),
         )
@@ -311,8 +301,7 @@ class RawlogSequence(Sequence):
             yield Loss(label, what, count, "no or another sensor was chosen for the stream")
         if self._notes is None:  # in our own files they follow from the size of each image
             yield from self._other_cameras(found, labels)
-        if found.comment and self._notes is None:
-            yield Loss("comment", "comment text", 1, _NO_PLACE)
+        yield from self._kept.losses
 
     @staticmethod
     def _other_cameras(found: Survey, labels: dict[str, str]) -> Iterator[Loss]:

@@ -17,7 +17,7 @@ from tumtools.formats.rawlog.pictures import Picture, pictures_of
 from tumtools.formats.rawlog.runs import TICKS, Run
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
     from pathlib import Path
 
     from tumtools.formats.rawlog.archive import Record
@@ -85,6 +85,14 @@ class Place:
         return self.number, self.part
 
 
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """A comment of ours: its text, and where it is, for messages."""
+
+    text: str
+    place: str
+
+
 @dataclass(slots=True)
 class Survey:
     """What is in a rawlog.
@@ -94,8 +102,9 @@ class Survey:
         count: Top-level objects that could be read.
         classes: How many objects of each class name and version, as spelled in the file.
         sensors: By class and label.
-        comment: Text of the comments, but for a digest of ours.
-        digest: The digest that a comment of ours holds; empty if there is none.
+        comments: Texts of the comments of others.
+        notes: Comments of ours that hold notes.
+        digests: Comments of ours that hold a digest.
         places: Every image with a time.
         first: First image of each stream and label, with what is embedded.
         accelerations: By label.
@@ -112,8 +121,9 @@ class Survey:
     count: int = 0
     classes: Counter[tuple[str, int]] = field(default_factory=Counter)
     sensors: dict[tuple[str, str], Sensor] = field(default_factory=dict)
-    comment: str = ""
-    digest: Mapping[str, str] = field(default_factory=dict)
+    comments: list[str] = field(default_factory=list)
+    notes: list[Remark] = field(default_factory=list)
+    digests: list[Remark] = field(default_factory=list)
     places: list[Place] = field(default_factory=list)
     first: dict[tuple[str, str], Picture] = field(default_factory=dict)
     accelerations: dict[str, Accelerations] = field(default_factory=dict)
@@ -136,7 +146,7 @@ class Survey:
                 raise InputError(
                     f"{observation.name} has the time {ticks}, not within the years 1678 to 2262",
                     path=self.objects.path,
-                    location=f"object {number}, offset {observation.offset}",
+                    location=_place(number, observation),
                     hint="the file is damaged; with --salvage what is before this object is read",
                 )
             self.sensors.setdefault((observation.type, label), Sensor()).add(1, ticks, ticks)
@@ -150,7 +160,7 @@ class Survey:
             if imu is not None and imu.has_acceleration:
                 self._add_acceleration(imu, label, ticks)
             elif observation.type == "CObservationComment":
-                self._add_comment(observation.text("text"))
+                self._add_comment(Remark(observation.text("text"), _place(number, observation)))
             elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
                 self.euclidean[label] += 1
 
@@ -177,12 +187,13 @@ class Survey:
             found.setdefault("accelerometer", Counter())[label] += len(rows.ticks)
         return found
 
-    def _add_comment(self, text: str) -> None:
-        digest = comment.parse_digest(text)
-        if digest is None:
-            self.comment += text
+    def _add_comment(self, remark: Remark) -> None:
+        if comment.is_digest(remark.text):
+            self.digests.append(remark)
+        elif comment.is_notes(remark.text):
+            self.notes.append(remark)
         else:
-            self.digest = digest
+            self.comments.append(remark.text)
 
     def _add_picture(self, number: int, part: int, picture: Picture) -> None:
         if not picture.ticks:
@@ -204,6 +215,10 @@ class Survey:
         rows = self.accelerations.setdefault(label, Accelerations())
         rows.ticks.append(ticks)
         rows.values.extend(imu.values[:3].tolist())
+
+
+def _place(number: int, observation: Record) -> str:
+    return f"object {number}, offset {observation.offset}"
 
 
 def observations_of(record: Record) -> Iterator[Record]:

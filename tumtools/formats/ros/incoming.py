@@ -16,15 +16,16 @@ from tumtools.errors import InputError, UsageError
 from tumtools.formats import metadata
 from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.ros import signals
+from tumtools.formats.ros.besides import beside_the_streams
 from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.gather import Gathered, Times, gather, header_stamp
 from tumtools.formats.ros.images import image_of_message
+from tumtools.formats.ros.kept import read_kept
 from tumtools.formats.ros.layouts import LAYOUTS, is_default_frame
 from tumtools.formats.ros.order import ImageOrder
 from tumtools.formats.ros.tf import TransformTree, find_path
 from tumtools.formats.ros.topics import loss_of, resolve
 from tumtools.model.camera import camera_of_name
-from tumtools.model.digest import from_strings
 from tumtools.model.sequence import (
     IMAGE_STREAMS,
     Frame,
@@ -75,8 +76,8 @@ class RosSequence(Sequence):
 
     def __init__(self, recording: Recording, name: str, options: ReadOptions) -> None:
         self._recording = recording
-        with self._named():
-            self._meta = metadata.from_strings(recording.metadata) if recording.metadata else None
+        kept = read_kept(recording, salvage=options.salvage)
+        self._meta = kept.metadata
         places = self._meta.streams if self._meta else {}
         self._resolution = resolve(recording, options, places)
         self._channels = self._resolution.channels
@@ -98,18 +99,8 @@ class RosSequence(Sequence):
             recording, self._resolution, self._type, self._named, bodies=_BODIES, stamps=self._meta is None
         )
         times = found.times or self._logged()
-        why = "a sequence has one coordinate frame for each stream, that of its first message"
-        self._unused += [
-            Loss(stream, "frame ids of single messages", count, why)
-            for stream, count in found.other_frames.items()
-            if count
-        ]
+        self._unused += beside_the_streams(found)
         self.other_cameras = found.other_cameras
-        why = "a sequence has one calibration for each image stream, that of its first message"
-        self._unused += [
-            Loss(stream, "calibrations that differ from the first", count, why)
-            for stream, count in found.other_cameras.items()
-        ]
         images = {stream: _counted(info, times.get(stream)) for stream, info in images.items()}
         if found.accelerometer is not None:
             order = self._to_file_order("accelerometer", found.accelerometer.stamps)
@@ -134,9 +125,15 @@ class RosSequence(Sequence):
             frame_ids=self._frame_ids,
             licence=self._meta.licence if self._meta else None,
             citation=self._meta.citation if self._meta else None,
-            digest=from_strings(recording.digest) if recording.digest else None,
-            not_carried=(*recording.not_carried, *self._resolution.not_carried, *self._unused),
-            warnings=recording.warnings + self._resolution.warnings + tuple(self._notes),
+            digest=kept.digest,
+            not_carried=(
+                *recording.left_out,
+                *kept.losses,
+                *recording.not_carried,
+                *self._resolution.not_carried,
+                *self._unused,
+            ),
+            warnings=recording.warnings + kept.warnings + self._resolution.warnings + tuple(self._notes),
         )
 
     @property

@@ -75,6 +75,7 @@ class Recording(ABC):
         metadata: The strings of the record named `tumtools`; None if there is none.
         digest: The strings of the record named `tumtools.digest`; None if there is none.
         not_carried: What is in the container besides messages and is left alone (attachments).
+        left_out: What a salvage passes over because it is damaged.
         warnings: What the user should know: no index, clean end missing.
 
     """
@@ -85,6 +86,7 @@ class Recording(ABC):
     metadata: Mapping[str, str] | None = None
     digest: Mapping[str, str] | None = None
     not_carried: tuple[Loss, ...] = ()
+    left_out: tuple[Loss, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @abstractmethod

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import UsageError
 from tumtools.formats.ros import messages
-from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
+from tumtools.formats.ros.layouts import TF_STATIC_TOPIC, TF_TOPIC
 from tumtools.formats.ros.signals import POSE_PATHS
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, Loss
 
@@ -213,8 +213,6 @@ def _info_channel(recording: Recording, channel: Channel) -> Channel | None:
 
 def _ours(channel: Channel, places: Mapping[str, str]) -> bool:
     """Tell whether a channel only repeats what our own metadata or another channel holds."""
-    if channel.topic in {METADATA_TOPIC, DIGEST_TOPIC}:
-        return True
     return bool(places) and channel.topic in {TF_TOPIC, TF_STATIC_TOPIC}
 
 

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 import mmap
 import os
 from collections import OrderedDict, deque
@@ -14,6 +13,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.metadata import parse_object
+from tumtools.formats.ros.kept import left_out
 from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
 from tumtools.formats.ros.messages import STRING
 from tumtools.formats.ros.pages import Pages
@@ -21,6 +22,7 @@ from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag1.index import read_index
 from tumtools.formats.rosbag1.records import Block, Op, read_record
 from tumtools.images.parallel import ordered_map
+from tumtools.model.sequence import Loss
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -56,10 +58,15 @@ class BagRecording(Recording):
         self.warnings = self._index.warnings
         self._channel_of = _channels_of(self._index)
         channels = sorted(set(self._channel_of.values()), key=lambda channel: channel.id)
-        self.metadata, record = self._read_strings(channels, METADATA_TOPIC)
-        self.digest, digest_record = self._read_strings(channels, DIGEST_TOPIC)
-        ours = [record, digest_record]
-        self.channels = tuple(channel for channel in channels if channel not in ours)
+        ours = {
+            channel.topic: channel
+            for channel in reversed(channels)
+            if channel.topic in {METADATA_TOPIC, DIGEST_TOPIC} and channel.type == STRING
+        }
+        self._salvage = salvage
+        self.metadata = self._read_strings(ours.get(METADATA_TOPIC))
+        self.digest = self._read_strings(ours.get(DIGEST_TOPIC))
+        self.channels = tuple(channel for channel in channels if channel not in ours.values())
 
     def messages(
         self, channels: Collection[Channel], start: int | None = None, end: int | None = None
@@ -109,23 +116,47 @@ class BagRecording(Recording):
         entries = entries[wanted]
         return entries[np.lexsort((entries["offset"], entries["chunk"], entries["time"]))]
 
-    def _read_strings(
-        self, channels: list[Channel], topic: str
-    ) -> tuple[dict[str, str] | None, Channel | None]:
-        """Return the strings that tumtools wrote under a topic, and their channel."""
-        for channel in channels:
-            if channel.topic == topic and channel.type == STRING:
-                for message in self.messages([channel]):
-                    try:
-                        document = json.loads(bytes(message.data[4:]))
-                    except ValueError:
-                        break
-                    if isinstance(document, dict) and all(
-                        isinstance(text, str) for text in document.values()
-                    ):
-                        return document, channel
-                    break
-        return None, None
+    def _read_strings(self, channel: Channel | None) -> dict[str, str] | None:
+        """Return the strings in the first message of a topic of ours; None if there is none.
+
+        Raises:
+            InputError: It does not hold what we write.
+
+        """
+        if channel is None or not channel.count:
+            return None
+        if channel.count > 1:
+            why = "a recording has one such message; the others are of recordings that were joined with it"
+            loss = Loss(channel.topic, "messages besides the first not carried over", channel.count - 1, why)
+            self.not_carried += (loss,)
+        try:
+            return _strings_in(next(self.messages([channel])).data)
+        except ValueError as error:
+            damage = error if isinstance(error, InputError) else self._damaged(channel, str(error))
+            if not self._salvage:
+                raise damage from error
+            self.warnings += (f"damage at {damage.location}: {damage.message}; this is left out",)
+            self.left_out += (left_out(channel.topic, damage),)
+            return None
+
+    def _damaged(self, channel: Channel, message: str) -> InputError:
+        """Return the error for the first message of a channel."""
+        _, chunk, offset, _ = self._select([channel], None, None)[0].tolist()
+        block = Block(self.path, memoryview(b""), self._index.chunks[chunk].offset)
+        return block.damage(f"the message on {channel.topic} is not what tumtools writes: {message}", offset)
+
+
+def _strings_in(message: memoryview) -> dict[str, str]:
+    """Return the strings in a std_msgs/String of ours.
+
+    Raises:
+        ValueError: It holds something else.
+
+    """
+    head, text = bytes(message[:4]), bytes(message[4:])
+    if int.from_bytes(head, "little") != len(text):
+        raise ValueError(f"a text of {int.from_bytes(head, 'little')} bytes, {len(text)} are there")
+    return parse_object(text)
 
 
 def _map_file(path: Path) -> Block:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import heapq
-import json
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,7 @@ import zstandard
 
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
 from tumtools.formats.mcap.recording import McapRecording
-from tumtools.formats.metadata import DIGEST_RECORD, KEYS, is_metadata
+from tumtools.formats.metadata import DIGEST_RECORD, KEYS, is_metadata, parse_object
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag2.bag_info import FILE_NAME, BagInfo, read_bag_info
@@ -70,8 +69,9 @@ class Rosbag2Recording(Recording):
             warnings.append(f"{error.message}; this file and those after it are left out")
         self.channels, self._places = _merge_channels(self._parts, info)
         custom = dict(info.custom_data or next((p.metadata for p in self._parts if p.metadata), {}))
-        digest = _strings(custom.pop(DIGEST_RECORD, ""))
-        self.digest = digest or next((p.digest for p in self._parts if p.digest), None)
+        self.digest = next((p.digest for p in self._parts if p.digest), None)
+        if DIGEST_RECORD in custom:
+            self.digest = _digest(custom.pop(DIGEST_RECORD))
         if is_metadata(custom):
             self.metadata = {key: custom.pop(key) for key in KEYS & custom.keys()}
         why = "a sequence has no place for what others note in the custom_data of a recording"
@@ -157,13 +157,12 @@ class Rosbag2Recording(Recording):
             self._temporary = None
 
 
-def _strings(text: str) -> dict[str, str] | None:
-    """Return the strings in a JSON object; None if it is something else."""
+def _digest(text: str) -> dict[str, str]:
+    """Return the strings of the digest; strings that are none where they are damaged."""
     try:
-        found = json.loads(text)
-    except ValueError:
-        return None
-    return {str(k): str(v) for k, v in found.items()} if isinstance(found, dict) else None
+        return parse_object(text)
+    except ValueError as error:
+        return {"damage": str(error)}
 
 
 def _info_of_file(path: Path) -> BagInfo:

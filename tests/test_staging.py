@@ -15,7 +15,7 @@ import pytest
 
 from tumtools import staging
 from tumtools.errors import MissingInputError, OutputError, UsageError
-from tumtools.staging import staged
+from tumtools.staging import staged, staged_file
 
 
 def _names(folder: Path) -> list[str]:
@@ -239,3 +239,17 @@ def test_an_interrupt_while_a_folder_is_replaced_keeps_the_old_one(
     with pytest.raises(KeyboardInterrupt), staged(tmp_path / "x", force=True) as path:
         path.mkdir()
     assert _names(tmp_path / "x") == ["old"]
+
+
+def test_a_folder_is_not_replaced_by_a_file(tmp_path: Path) -> None:
+    (tmp_path / "x" / "y").mkdir(parents=True)
+    with pytest.raises(UsageError, match="this is a folder"), staged_file(tmp_path / "x", force=True) as path:
+        path.write_text("whole")
+    assert (tmp_path / "x" / "y").is_dir()
+    (tmp_path / "x" / "y").rmdir()
+    (tmp_path / "x").rmdir()
+    with pytest.raises(UsageError, match="this is a folder"), staged_file(tmp_path / "x", force=True) as path:
+        path.write_text("whole")
+        (tmp_path / "x").mkdir()  # by somebody else, meanwhile
+    assert (tmp_path / "x").is_dir()
+    assert _names(tmp_path) == ["x"]

@@ -60,6 +60,32 @@ def staged(target: Path, *, force: bool = False) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+@contextmanager
+def staged_file(target: Path, *, force: bool = False) -> Iterator[Path]:
+    """Give a path to write a file to, as `staged`; a folder that is there is never replaced by it.
+
+    Raises:
+        UsageError: The target exists, or is no file.
+        OutputError: It cannot be written.
+
+    """
+    refuse_folder(target)
+    with staged(target, force=force) as path:
+        yield path
+        refuse_folder(target)
+
+
+def refuse_folder(target: Path) -> None:
+    """Refuse a folder where a file is to be written.
+
+    Raises:
+        UsageError: It is a folder.
+
+    """
+    if target.is_dir():
+        raise UsageError("this is a folder; a file is to be written", path=target, hint="name a file in it")
+
+
 def _new_name(target: Path) -> Path:
     # Known before the folder is made, so that it is removed wherever an interrupt comes in between.
     return target.parent / f"{_prefix(target)}{os.urandom(8).hex()}"

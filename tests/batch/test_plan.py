@@ -175,7 +175,7 @@ def test_what_is_no_plan_is_refused(tmp_path: Path, text: str) -> None:
 def test_only_plans_are_replaced(folder: Path) -> None:
     plan = plan_of(folder)
     before = (folder / "manifest.toml").read_bytes()
-    with pytest.raises(UsageError, match="is no plan"):
+    with pytest.raises(UsageError, match="what is there is no plan"):
         write_plan(plan, folder / "manifest.toml")
     assert (folder / "manifest.toml").read_bytes() == before
     (folder / "plan.json").touch()
@@ -300,3 +300,24 @@ def test_an_edited_destination_is_said_to_be_that(folder: Path) -> None:
     path.write_text(path.read_text().replace('/out"', '/elsewhere"'))
     with pytest.raises(InputError, match="the destination or the list of tasks was changed"):
         read_plan(path)
+
+
+@pytest.mark.parametrize(
+    "kind", ["folder", "empty folder", "link to a folder", "other json", "link to nothing"]
+)
+def test_a_plan_replaces_no_folder_and_nothing_of_others(folder: Path, kind: str) -> None:
+    plan, path = plan_of(folder), folder / "place"
+    if kind == "folder":
+        path = folder / "data"
+    elif kind == "empty folder":
+        path.mkdir()
+    elif kind == "link to a folder":
+        path.symlink_to(folder / "data")
+    elif kind == "other json":
+        path.write_text('{\n "schema_version": 1,\n "plans": "mine"\n}\n')
+    else:
+        path.symlink_to(folder / "nowhere")
+    before = sorted(folder.rglob("*"))
+    with pytest.raises(UsageError):
+        write_plan(plan, path)
+    assert sorted(folder.rglob("*")) == before

@@ -81,6 +81,9 @@ def test_saved_files(pair: list[str], tmp_path: Path, capsys: pytest.CaptureFixt
     assert run(["evaluate", "ate", *pair, "--save", str(tmp_path / "--save")]) == 2
     assert "the target exists" in capsys.readouterr().err
     assert run(["evaluate", "ate", *pair, "--save", str(tmp_path / "--save"), "--force"]) == 0
+    (tmp_path / "folder" / "data").mkdir(parents=True)
+    assert run(["evaluate", "ate", *pair, "--save", str(tmp_path / "folder"), "--force"]) == 2
+    assert (tmp_path / "folder" / "data").is_dir()
 
 
 def test_positions_without_rotations_do_for_the_absolute_error(

@@ -115,6 +115,13 @@ def test_existing_pictures_are_not_replaced_unless_asked(tmp_path: Path) -> None
     assert [path.name for path in tmp_path.iterdir()] == ["x.svg"]
 
 
+def test_a_folder_is_not_replaced_by_a_picture(tmp_path: Path) -> None:
+    (tmp_path / "x.svg" / "data").mkdir(parents=True)
+    with pytest.raises(UsageError, match="this is a folder"):
+        save(PICTURES["rpe"](), tmp_path / "x.svg", force=True)
+    assert (tmp_path / "x.svg" / "data").is_dir()
+
+
 def test_a_picture_of_the_relative_error_says_which_pairs() -> None:
     assert PICTURES["rpe"]().axes[0].get_title("left") == "Relative pose error, 179 pairs 20 frames apart"
     assert PICTURES["random"]().axes[0].get_title("left") == "Relative pose error, 500 random pairs"

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,8 +13,9 @@ from tumtools.batch.expand import Source
 from tumtools.batch.manifest import Policy, Target
 from tumtools.batch.places import check_place
 from tumtools.batch.plan import Plan, Task, is_output_name, task_id
+from tumtools.batch.plan_head import is_plan_file
 from tumtools.errors import InputError, MissingInputError, OutputError, UsageError
-from tumtools.staging import staged
+from tumtools.staging import refuse_folder, staged_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
 SCHEMA_VERSION: Final = 1
 _SOURCE_DEFAULTS: Final = {item.name: item.default for item in fields(Source)} | {"topics": {}}
 _TASK_DEFAULTS: Final = {item.name: item.default for item in fields(Task)}
-_BEGIN: Final = b'{\n "schema_version": '
 _HINT: Final = "make it anew with `tumtools batch plan`"
 
 
@@ -30,7 +31,7 @@ def write_plan(plan: Plan, path: Path) -> None:
     """Write a plan, in place of an older one.
 
     Raises:
-        UsageError: There is a file that is no plan.
+        UsageError: There is a folder, or a file that is no plan.
         OutputError: It cannot be written.
 
     """
@@ -43,7 +44,7 @@ def write_plan(plan: Plan, path: Path) -> None:
         "targets": [asdict(target) for target in plan.targets],
         "opened": plan.opened,
     }
-    with staged(path, force=True) as place, place.open("w", encoding="utf-8") as file:
+    with staged_file(path, force=True) as place, place.open("w", encoding="utf-8") as file:
         file.write(json.dumps(head, indent=1)[:-2] + ',\n "tasks": [')
         for number, task in enumerate(plan.tasks):
             file.write((",\n" if number else "\n") + json.dumps(_task_table(task), separators=(",", ":")))
@@ -51,18 +52,18 @@ def write_plan(plan: Plan, path: Path) -> None:
 
 
 def _refuse_foreign(path: Path) -> None:
-    """Refuse to replace anything but an older plan, such as the manifest."""
+    """Refuse to replace anything but an older plan, such as the manifest or a folder of recordings."""
+    refuse_folder(path)
     try:
-        if not path.is_file() or path.stat().st_size == 0:
-            return  # other kinds of files are refused by `staged`
-        with path.open("rb") as file:
-            begin = file.read(len(_BEGIN) + 16)
+        if not os.path.lexists(path):
+            return
+        if path.is_file() and (path.stat().st_size == 0 or is_plan_file(path)):
+            return
     except OSError as error:
         raise OutputError(f"cannot be read: {error.strerror}", path=path) from error
-    if not begin.startswith(_BEGIN) or b'"plan"' not in begin:
-        raise UsageError(
-            "there is a file that is no plan; it is not replaced", path=path, hint="name another plan"
-        )
+    raise UsageError(
+        "what is there is no plan; it is not replaced", path=path, hint="name another file for the plan"
+    )
 
 
 def _task_table(task: Task) -> dict[str, object]:

@@ -106,9 +106,9 @@ def measuring(groundtruth: str, estimate: str) -> Iterator[None]:
 
 def write_text(path: str, text: str, *, force: bool) -> None:
     """Write a result to a file."""
-    from tumtools.staging import staged
+    from tumtools.staging import staged_file
 
-    with staged(Path(path), force=force) as target:
+    with staged_file(Path(path), force=force) as target:
         target.write_text(text, encoding="utf-8")
 
 

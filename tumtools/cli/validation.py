@@ -55,9 +55,11 @@ def refuse_places(sources: tuple[str, ...], files: tuple[str | None, ...], fix_f
         UsageError: A report's place is a folder, that of the mended copy is there, or it has two sources.
 
     """
+    from tumtools.staging import refuse_folder
+
     for name in files:
-        if name and Path(name).is_dir():
-            raise UsageError("this is a folder; a file is to be written", path=name, hint="name a file in it")
+        if name:
+            refuse_folder(Path(name))
     if not fix_folder:
         return
     if len(sources) > 1:
@@ -99,12 +101,13 @@ def write_text(file: str | None, text: str) -> None:
     if file is None or file == STDOUT:
         click.echo(text, nl=False)
         return
-    from tumtools.staging import staged
+    from tumtools.staging import refuse_folder, staged_file
 
     path = Path(file)
+    refuse_folder(path)
     if path.exists() and not path.is_file():
         with path.open("w", encoding="utf-8", errors="backslashreplace") as pipe:
             pipe.write(text)
         return
-    with staged(path, force=True) as place:
+    with staged_file(path, force=True) as place:
         place.write_text(text, encoding="utf-8", errors="backslashreplace")

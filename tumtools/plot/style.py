@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from tumtools.errors import UsageError
-from tumtools.staging import staged
+from tumtools.staging import staged_file
 
 try:
     import matplotlib as mpl
@@ -113,7 +113,7 @@ def save(figure: Figure, path: str | Path, *, force: bool = False) -> None:
     if suffix not in FORMATS:
         msg = f"a picture ends with {', '.join(FORMATS)}, not {suffix or 'no suffix'!r}"
         raise UsageError(msg, path=target)
-    with style(), staged(target, force=force) as stage:
+    with style(), staged_file(target, force=force) as stage:
         figure.savefig(stage, format=suffix[1:], metadata=FORMATS[suffix])
 
 

@@ -34,12 +34,15 @@ class Flaky:
         self._lock = threading.Lock()
         self.probability = probability
         self.failed = self.served = 0
+        self.log: list[str] = []
+        """Method and path of each request."""
 
     def __call__(self, environ: dict[str, Any], start_response: Callable[..., object]) -> Iterable[bytes]:
         with self._lock:
             fails = self._random.random() < self.probability
             self.failed += fails
             self.served += not fails
+            self.log.append(f"{environ['REQUEST_METHOD']} {environ['PATH_INFO']}")
         if not fails:
             return self._inner(environ, start_response)
         if self.failed % 2:

@@ -18,6 +18,7 @@ from tumtools.batch.engines.local import LocalEngine
 from tumtools.batch.manifest import read_manifest
 from tumtools.batch.plan import make_plan
 from tumtools.batch.task import Job
+from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,3 +89,14 @@ def test_ctrl_c_keeps_the_state_and_leaves_nothing_half_done(tmp_path: Path) -> 
     assert all(entry["state"] == "done" for entry in batch.ledger().values())
     batch.run()
     assert batch.status("--full") == {"done": 12}
+
+
+def test_a_limit_that_the_system_refuses_is_refused_before_any_worker_starts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.raises(UsageError, match="--memory-limit"):
+        LocalEngine(EngineSettings(memory_limit=10**19))
+    monkeypatch.setattr("resource.getrlimit", lambda _: (10**9, 10**9))
+    with pytest.raises(UsageError, match="1000000000 bytes at most"):
+        LocalEngine(EngineSettings(memory_limit=2 * 10**9))
+    LocalEngine(EngineSettings(memory_limit=10**9))

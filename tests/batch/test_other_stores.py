@@ -59,7 +59,7 @@ def assert_same_bytes(tmp_path: Path, scheme: str) -> None:
     assert remote.status("--full") == {"done": 12}
     local.plan()
     local.run()
-    with download(f"{scheme}://{BUCKET}/out", tmp_path) as copy:
+    with download(f"{scheme}://{BUCKET}/out", tmp_path) as (copy, _):
         assert hashes(copy) == local.tree()
         assert [path for path in copy.rglob("*") if "claims" in path.parts and path.is_file()] == []
     claims = Claims(RemoteStore(f"{scheme}://{BUCKET}/claims"))

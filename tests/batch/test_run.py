@@ -6,21 +6,26 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 import threading
+import time
 from collections import Counter
+from dataclasses import replace
 from importlib.metadata import EntryPoint, EntryPoints
 from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.batch.batches import FIXTURES
-from tumtools.batch.claims import Claims
+from tumtools.batch.claims import Claim, Claims
 from tumtools.batch.engines import create_engine
 from tumtools.batch.engines.engine import Completed, EngineSettings
 from tumtools.batch.engines.inline import InlineEngine
 from tumtools.batch.ledger import Entry, Ledger
 from tumtools.batch.losses import sum_up
 from tumtools.batch.manifest import read_manifest
+from tumtools.batch.owner import this_process
 from tumtools.batch.plan import Plan, make_plan
 from tumtools.batch.run import RunOptions, chosen, run
 from tumtools.batch.status import status
@@ -184,6 +189,8 @@ def test_outputs_stay_when_their_sources_are_out_of_reach(
 
     monkeypatch.setattr("tumtools.batch.proof.measure_source", fail)
     assert run_inline(plan) == {"kept done": 3}
+    told = {(standing.state, standing.unknown) for standing in status(plan)}
+    assert told == {("unknown", "the source cannot be compared: no route to host")}
 
 
 class LosesAnswers(InlineEngine):
@@ -199,6 +206,79 @@ def test_a_worker_that_is_lost_after_its_entry_is_written_has_not_failed(folder:
     outcomes = list(run(plan, list(plan.tasks), LosesAnswers(EngineSettings()), RunOptions()))
     assert [outcome.entry.state for outcome in outcomes if outcome.entry] == ["done"] * 3
     assert states(plan) == {"done": 3}
+
+
+class Loses(InlineEngine):
+    """Loses each job before it is begun, and leaves a claim."""
+
+    claim: Claim | None = None
+
+    def as_completed(self) -> Iterator[Completed]:
+        if self.claim is not None:
+            store = open_store(self._jobs[0].destination)
+            store.create(f".tumtools/claims/{self.claim.task}.json", self.claim.encoded())
+        while self._jobs:
+            yield Completed(self._jobs.popleft(), None, "lost")
+
+
+def lose_all(plan: Plan, **how: bool) -> dict[str, int]:
+    options = RunOptions(**how)  # type: ignore[arg-type]  # flags only
+    outcomes = run(plan, list(plan.tasks), Loses(EngineSettings()), options)
+    return dict(Counter(f"{outcome.how} {outcome.entry.state}" for outcome in outcomes if outcome.entry))
+
+
+@pytest.mark.parametrize("skipped", [False, True])
+def test_what_is_done_stays_done_when_the_worker_that_looks_at_it_is_lost(
+    folder: Path, skipped: bool
+) -> None:
+    if skipped:
+        (folder / "data/full/rgb.txt").write_text("# nothing\n0.5 rgb/nowhere.png\n")
+    plan = plan_of(folder, 'on_findings = "skip"')
+    run_inline(plan)
+    before, ledger = states(plan), [entry_of(plan, task.source.name) for task in plan.tasks]
+    assert ("skipped" in before) == skipped
+    assert sum(count for how, count in lose_all(plan).items() if how.startswith("kept")) == 3
+    assert [entry_of(plan, task.source.name) for task in plan.tasks] == ledger
+    assert states(plan) == before
+
+
+def test_what_could_not_be_checked_in_full_is_told_and_stays_in_the_ledger(folder: Path) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    assert lose_all(plan, full=True) == {"worked failed": 3}
+    assert states(plan) == {"done": 3}
+    assert run_inline(plan) == {"kept done": 3}
+
+
+@pytest.mark.parametrize("how", ["the output is gone", "the worker had claimed it"])
+def test_what_is_disproved_fails_when_its_worker_is_lost(
+    folder: Path, how: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    task = next(task for task in plan.tasks if task.source.name == "full")
+    if how == "the output is gone":
+        (folder / "out/full/full.mcap").unlink()
+    else:
+        child = subprocess.Popen([sys.executable, "-c", ""])
+        owner = replace(this_process(), pid=child.pid)
+        child.wait()
+        claim = Claim(task.id, "theirs", 2, time.time() + 60, owner)
+        monkeypatch.setattr(Loses, "claim", claim)
+    assert lose_all(plan) == {"worked failed": 1, "kept done": 2}
+    assert states(plan) == {"failed": 1, "done": 2}
+    assert run_inline(plan, retry=True) == {"worked done": 1}
+
+
+def test_a_loss_that_cannot_be_noted_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(self: Ledger, entry: Entry) -> None:
+        raise OutputError("the disk is gone")
+
+    plan = plan_of(folder)
+    monkeypatch.setattr(Ledger, "write", fail)
+    (outcome, *_) = run(plan, list(plan.tasks), Loses(EngineSettings()), RunOptions())
+    assert outcome.entry is not None
+    assert outcome.entry.reason == "lost; that could not be noted in the ledger"
 
 
 def test_a_store_that_is_lost_before_the_claim_is_released_does_no_harm(

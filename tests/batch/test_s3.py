@@ -4,14 +4,17 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import http.server
 import importlib.util
 import json
+import os
+import pathlib
 import shutil
 import tarfile
 import threading
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Self
 
 import pytest
 
@@ -19,7 +22,7 @@ from tests.batch import batches
 from tests.batch.batches import FIXTURES, FOUR_TARGETS, Batch, hashes
 from tests.batch.s3_server import BUCKET, Flaky, s3_server
 from tests.interop.programs import missing
-from tumtools.errors import TumtoolsError
+from tumtools.errors import OutputError, TumtoolsError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,13 +69,16 @@ def test_a_bucket_gets_the_same_bytes_as_a_folder(tmp_path: Path, server: Flaky)
     assert [process.returncode for process in processes] == [0, 0, 0], printed
     assert sum(json.loads(stdout)["counts"]["done"] for stdout, _ in printed) == 12
     assert list(scratch.iterdir()) == []
+    server.log.clear()
     assert remote.run()["done before"] == 12
+    assert remote.status() == {"done": 12}
+    assert [request for request in server.log if request.startswith("GET /lab/in/data/")] == []
     assert remote.status("--full") == {"done": 12}
     assert server.failed > 20
 
     local.plan()
     local.run()
-    with download(f"s3://{BUCKET}/out", tmp_path) as copy:
+    with download(f"s3://{BUCKET}/out", tmp_path) as (copy, _):
         assert hashes(copy) == local.tree()
         left = [path for path in copy.rglob("*") if "claims" in path.parts and path.is_file()]
         assert left == []
@@ -109,14 +115,30 @@ def test_claims_in_a_bucket_are_exclusive(server: Flaky) -> None:
     assert list(claims.all()) == []
 
 
-def test_a_source_on_the_web(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_source_on_the_web_is_downloaded_for_each_task_once(tmp_path: Path) -> None:
     if importlib.util.find_spec("obstore") is None:
         missing("obstore")
     (tmp_path / "web").mkdir()
     with tarfile.open(tmp_path / "web" / "full.tgz", "w:gz") as archive:
         archive.add(FIXTURES / "full", "full")
-    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=tmp_path / "web")
-    monkeypatch.setattr(http.server.SimpleHTTPRequestHandler, "log_message", lambda *_: None)
+    got: list[str] = []
+    refused: list[str] = []
+
+    class Handler(http.server.SimpleHTTPRequestHandler):
+        def do_GET(self) -> None:
+            got.append(self.path)
+            super().do_GET()
+
+        def do_HEAD(self) -> None:
+            if self.path in refused:
+                self.send_error(http.HTTPStatus.FORBIDDEN)
+            else:
+                super().do_HEAD()
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    handler = functools.partial(Handler, directory=tmp_path / "web")
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
@@ -124,11 +146,78 @@ def test_a_source_on_the_web(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
             batch = manifest(tmp_path, f"http://127.0.0.1:{server.server_port}/full.tgz", "out")
             batch.plan()
             assert batch.run()["done"] == 4
+            assert got == ["/full.tgz"] * 4
             assert batch.run()["done before"] == 4
+            assert batch.status() == {"done": 4}
+            assert got == ["/full.tgz"] * 4
             assert batch.strays() == []
+            os.utime(tmp_path / "web" / "full.tgz", (1, 1))
+            scratch = tmp_path / "scratch"
+            assert batch.status("--scratch", str(scratch)) == {"done": 4}
+            assert got == ["/full.tgz"] * 8  # to see that the bytes are the same
+            assert list(scratch.iterdir()) == []
+            with (tmp_path / "web" / "full.tgz").open("ab") as file:
+                file.write(b"more")
+            assert batch.status() == {"changed": 4}
+            (tmp_path / "web" / "full.tgz").unlink()
+            assert batch.status() == {"done": 4}
+            refused.append("/full.tgz")
+            assert batch.status() == {"unknown": 4}
+            batch.status("--check", code=1)
+            assert "unknown: full/full.mcap: the source cannot be" in batch.call(
+                "batch", "status", "plan.json"
+            )
+            assert batch.run()["done before"] == 4
         finally:
             server.shutdown()
             thread.join()
+
+
+def test_a_full_or_missing_scratch_folder_is_named(
+    tmp_path: Path, server: Flaky, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from tumtools.batch.stores.remote import RemoteStore, download
+
+    (tmp_path / "file").write_text("")
+    batch = Batch(tmp_path)
+    batch.plan()
+    told = batch.call("batch", "run", "plan.json", "--scratch", "file/x", code=4)
+    assert told.startswith(f"error: {tmp_path}/file/x: no scratch folder: ")
+    assert "--scratch" in told
+    assert not batch.out.exists()
+
+    upload(tmp_path / "data", "full/data")
+    open_file = pathlib.Path.open
+    monkeypatch.setattr(pathlib.Path, "open", lambda *words, **how: FullFile(open_file(*words, **how)))
+    with (
+        pytest.raises(OutputError, match="the scratch folder is full") as caught,
+        download(f"s3://{BUCKET}/full/data", tmp_path / "scratch"),
+    ):
+        pass
+    assert caught.value.path == str(tmp_path / "scratch")
+    monkeypatch.undo()
+    with (
+        pytest.raises(OutputError, match="the scratch folder is full") as caught,
+        RemoteStore(f"s3://{BUCKET}/full/out", tmp_path / "scratch").output("x/y.mcap") as place,
+    ):
+        raise OutputError("cannot write", path=place) from OSError(errno.ENOSPC, "No space left on device")
+    assert caught.value.path == str(tmp_path / "scratch")
+
+
+class FullFile:
+    """A file on a disk without space."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def write(self, _: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def test_a_plan_has_the_sizes_that_the_store_lists(tmp_path: Path, server: Flaky) -> None:

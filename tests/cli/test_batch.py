@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.batch.batches import FIXTURES
+from tumtools.batch.engines.engine import EngineSettings
+from tumtools.batch.engines.inline import InlineEngine
 from tumtools.cli.main import run
 
 if TYPE_CHECKING:
@@ -58,6 +60,11 @@ def test_plan_run_status_retry(folder: Path, capsys: pytest.CaptureFixture[str])
         ["run", "p.json", "--shard", "3/2"],
         ["run", "p.json", "--memory-limit", "much"],
         ["run", "p.json", "--memory-limit", "1M"],
+        ["run", "p.json", "--memory-limit", "99999999999999999999"],
+        ["run", "p.json", "--memory-limit", "9999999999T"],
+        ["run", "p.json", "--timeout", "nan"],
+        ["run", "p.json", "--timeout", "inf"],
+        ["run", "p.json", "--lease", "nan"],
         ["run", "p.json", "--address", "tcp://127.0.0.1:1"],
         ["run", "p.json", "--engine", "ray"],
         ["run", "p.json", "--engine", "inline", "--timeout", "3"],
@@ -67,6 +74,34 @@ def test_wrong_usage_is_refused(folder: Path, words: list[str]) -> None:
     run(["batch", "plan", "m.toml", "-o", "p.json"])
     assert run(["batch", *words]) == 2
     assert not (folder / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "limit"),
+    [
+        ("300000000", 300_000_000),
+        ("500M", 500_000_000),
+        ("2g", 2 * 10**9),
+        ("1.5G", 1_500_000_000),
+        ("2T", 2 * 10**12),
+        ("1 GB", 10**9),
+        ("1GiB", 2**30),
+    ],
+)
+def test_sizes_of_memory_are_written_as_people_write_them(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, text: str, limit: int
+) -> None:
+    found: list[int | None] = []
+
+    def create(name: str, settings: EngineSettings) -> InlineEngine:
+        assert name == "local"
+        found.append(settings.memory_limit)
+        return InlineEngine(EngineSettings())
+
+    monkeypatch.setattr("tumtools.batch.engines.create_engine", create)
+    run(["batch", "plan", "m.toml", "-o", "p.json"])
+    run(["batch", "run", "p.json", "--memory-limit", text])
+    assert found == [limit]
 
 
 @pytest.mark.parametrize(

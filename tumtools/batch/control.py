@@ -15,6 +15,7 @@ from tumtools.batch.manifest import read_manifest
 from tumtools.batch.plan import Plan, make_plan
 from tumtools.batch.plan_file import read_plan
 from tumtools.batch.run import RunOptions, chosen, run
+from tumtools.batch.scratch import check_scratch
 from tumtools.batch.status import status
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ def run_batch(
     """
     whole, options = _plan(plan), options or RunOptions()
     settings = settings or EngineSettings(workers=os.cpu_count() or 1)
+    if options.scratch is not None and settings.address is None:  # else it is on other machines
+        check_scratch(options.scratch)
     yield from run(whole, chosen(whole, options), create_engine(engine, settings), options)
 
 
@@ -77,18 +80,21 @@ def retry_batch(
     return run_batch(plan, engine, settings, replace(options or RunOptions(), retry=True))
 
 
-def batch_status(plan: Plan | str | os.PathLike[str], *, full: bool = False) -> Iterator[Standing]:
+def batch_status(
+    plan: Plan | str | os.PathLike[str], *, full: bool = False, scratch: Path | None = None
+) -> Iterator[Standing]:
     """Yield where each task of a plan stands, in its order.
 
     Args:
         plan: A plan, or its file.
         full: Hash all outputs, instead of looking at sizes and times.
+        scratch: Folder for what is downloaded to be hashed; None for the system's.
 
     Raises:
         InputError: The plan is missing or was edited, or the ledger cannot be read.
 
     """
-    return status(_plan(plan), full=full)
+    return status(_plan(plan), full=full, scratch=scratch)
 
 
 def _plan(plan: Plan | str | os.PathLike[str]) -> Plan:

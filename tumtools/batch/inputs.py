@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,9 +22,23 @@ if TYPE_CHECKING:
     from tumtools.batch.tree import Measure
 
 
+@dataclass(frozen=True, slots=True)
+class StagedSource:
+    """A source as a file or folder of this machine.
+
+    Attributes:
+        path: Where.
+        measure: Of the source's own place, as `measure_source` gives it: of a store, not of the copy.
+
+    """
+
+    path: Path
+    measure: Measure
+
+
 @contextmanager
-def staged_source(source: Source, scratch: Path | None) -> Iterator[Path]:
-    """Give the path of a source; what was staged for it is removed afterwards.
+def staged_source(source: Source, scratch: Path | None) -> Iterator[StagedSource]:
+    """Give a source as files; what was staged for it is removed afterwards.
 
     Args:
         source: The recording.
@@ -32,15 +47,16 @@ def staged_source(source: Source, scratch: Path | None) -> Iterator[Path]:
     Raises:
         InputError: It is missing.
         FetchError: It cannot be downloaded.
+        OutputError: It cannot be written to the scratch folder.
 
     """
     if is_remote(source.uri):
         from tumtools.batch.stores.remote import download  # noqa: PLC0415 - an extra
 
-        with download(source.uri, scratch) as path:
-            yield path
+        with download(source.uri, scratch) as (path, found):
+            yield StagedSource(path, found)
     elif source.uri.startswith(CATALOGUE):
-        yield _catalogue_path(source)
+        yield _existing(_catalogue_path(source))
     else:
         yield _existing(Path(source.uri))
 
@@ -62,16 +78,17 @@ def measure_source(source: Source) -> Measure | None:
         return None
 
 
-def sha256_of_source(source: Source) -> str:
-    """Hash a source (`tree.sha256_of`)."""
-    with staged_source(source, None) as path:
-        return sha256_of(path)
+def sha256_of_source(source: Source, scratch: Path | None = None) -> str:
+    """Hash a source (`tree.sha256_of`); arguments and errors are those of `staged_source`."""
+    with staged_source(source, scratch) as staged:
+        return sha256_of(staged.path)
 
 
-def _existing(path: Path) -> Path:
-    if measure(path) is None:
+def _existing(path: Path) -> StagedSource:
+    found = measure(path)
+    if found is None:
         raise MissingInputError("there is no such file or folder", path=path)
-    return path
+    return StagedSource(path, found)
 
 
 def _catalogue_path(source: Source) -> Path:

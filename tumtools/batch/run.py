@@ -8,24 +8,27 @@ import random
 import time
 from collections import deque
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.claims import DEFAULT_LEASE, Claims
-from tumtools.batch.ledger import DONE, FAILED, Ledger
+from tumtools.batch.ledger import DONE, FAILED, SKIPPED, Ledger
 from tumtools.batch.places import is_remote
 from tumtools.batch.plan import by_id
+from tumtools.batch.proof import prove
 from tumtools.batch.stores import open_store
-from tumtools.batch.task import BUSY, WORKED, Job, Outcome, failure
-from tumtools.errors import OutputError, TumtoolsError
+from tumtools.batch.task import BUSY, KEPT, WORKED, Job, Outcome, failure
+from tumtools.errors import TumtoolsError
 from tumtools.staging import remove_stale
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from tumtools.batch.claims import Claim
     from tumtools.batch.engines.engine import Completed, Engine
+    from tumtools.batch.ledger import Entry
     from tumtools.batch.plan import Plan, Task
 
 _LONGEST_PAUSE: Final = 2.0
@@ -161,20 +164,34 @@ class _Runner:
                 self._engine.submit(job)
 
     def _note_loss(self, completed: Completed) -> Outcome:
-        """Note a task whose worker could not."""
+        """Note a task whose worker could not; what was done stays so unless it is disproved."""
         job, task = completed.job, completed.job.task
         claim, entry = self._claims.read(task.id), self._ledger.read(task.id)
         if entry is not None and entry.finished >= job.since:
             return Outcome(task.id, WORKED, entry)  # the worker was lost after it had noted what came of it
+        if entry is not None and entry.state in {DONE, SKIPPED} and not _had_begun(claim, entry):
+            # Lost while it only checked. Nothing is hashed here: that may be what the worker was lost for.
+            proof = prove(self._store, task, entry, hashes=False)
+            if proof.holds and not job.full:
+                return Outcome(task.id, KEPT, entry)
+            if not proof.disproof:
+                reason = f"{completed.reason}, while it checked what is done; the ledger is left as it was"
+                return Outcome(task.id, WORKED, failure(job, entry.attempts, reason, time.time()))
         attempts = max(claim.attempt if claim else 0, entry.attempts if entry else 0, 1)
         noted = failure(job, attempts, completed.reason, time.time())
         try:
             self._ledger.write(noted)
             self._claims.remove_expired(task.id)
-        except OutputError:
-            pass  # the store is out of reach; the failure is reported, and the next run begins the task again
+        except TumtoolsError:
+            # The store is out of reach: the failure is reported, and the next run begins the task again.
+            noted = replace(noted, reason=f"{noted.reason}; that could not be noted in the ledger")
         if not is_remote(job.destination):
             target = Path(job.destination, task.output)
             if target.parent.is_dir():
                 remove_stale(target)
         return Outcome(task.id, WORKED, noted)
+
+
+def _had_begun(claim: Claim | None, entry: Entry) -> bool:
+    """Whether a worker that is gone had found that the task must be done again: then it claimed it."""
+    return claim is not None and claim.owner.is_dead() and claim.attempt > entry.attempts

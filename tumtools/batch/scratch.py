@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import shutil
@@ -12,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from tumtools.errors import OutputError
+from tumtools.errors import OutputError, TumtoolsError
 from tumtools.fetch.atomic import exclusive
 
 if TYPE_CHECKING:
@@ -41,12 +42,49 @@ def scratch_folder(parent: Path | None) -> Iterator[Path]:
             lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
             fcntl.flock(lock, fcntl.LOCK_EX)
     except OSError as error:
-        raise OutputError(f"no scratch folder: {error.strerror or error}", path=parent) from error
+        raise OutputError(
+            f"no scratch folder: {_words(error)}", path=parent, hint="name another folder with --scratch"
+        ) from error
     try:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         os.close(lock)
+
+
+def check_scratch(parent: Path) -> None:
+    """See that a scratch folder can be written to, and make it if need be.
+
+    Raises:
+        OutputError: It cannot.
+
+    """
+    with scratch_folder(parent):
+        pass
+
+
+@contextmanager
+def scratch_errors(path: Path) -> Iterator[None]:
+    """Name the scratch folder that a file is in where the block fails because it is full or not writable."""
+    try:
+        yield
+    except OSError as error:
+        cause = error.__cause__ if isinstance(error, TumtoolsError) else error
+        full = isinstance(cause, OSError) and cause.errno in {errno.ENOSPC, errno.EDQUOT}
+        if isinstance(error, TumtoolsError) and not full:
+            raise
+        parents = (folder.parent for folder in path.parents if folder.name.startswith(_PREFIX))
+        raise OutputError(
+            "the scratch folder is full" if full else f"the scratch folder: {_words(error)}",
+            path=next(parents, path.parent),
+            hint="free some space there, or name another folder with --scratch",
+        ) from error
+
+
+def _words(error: OSError) -> str:
+    """Say what the system said, which an error of ours has as its cause."""
+    cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
+    return cause.strerror or str(error).partition("\n")[0]
 
 
 def _remove_left(parent: Path) -> None:

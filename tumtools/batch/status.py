@@ -10,17 +10,18 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.claims import Claim, Claims
 from tumtools.batch.ledger import DONE, SKIPPED, Entry, Ledger
-from tumtools.batch.proof import disproof
+from tumtools.batch.proof import prove
 from tumtools.batch.stores import open_store
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from tumtools.batch.plan import Plan, Task
 
-STATES: Final = ("done", "skipped", "failed", "running", "interrupted", "changed", "pending")
+STATES: Final = ("done", "skipped", "failed", "running", "interrupted", "changed", "unknown", "pending")
 """`interrupted`: begun by a process that is gone; `changed`: done once, but the output or the source is no
-longer what the ledger says."""
+longer what the ledger says; `unknown`: that could not be told of the source."""
 _THREADS: Final = 8
 
 
@@ -34,6 +35,7 @@ class Standing:
         entry: What the ledger says, if anything.
         claim: Who works on it, if anybody.
         changed: Why it must be done again although it was done; else empty.
+        unknown: Why that cannot be told; else empty.
 
     """
 
@@ -42,20 +44,22 @@ class Standing:
     entry: Entry | None = None
     claim: Claim | None = None
     changed: str = ""
+    unknown: str = ""
 
 
-def status(plan: Plan, *, full: bool = False) -> Iterator[Standing]:
+def status(plan: Plan, *, full: bool = False, scratch: Path | None = None) -> Iterator[Standing]:
     """Yield where each task stands, in the order of the plan.
 
     Args:
         plan: The plan.
         full: Hash all outputs, instead of looking at sizes and times.
+        scratch: Folder for what is downloaded to be hashed; None for the system's.
 
     Raises:
         InputError: The ledger cannot be read.
 
     """
-    store = open_store(plan.destination)
+    store = open_store(plan.destination, scratch)
     claims = {claim.task: claim for claim in Claims(store).all()}
     entries = Ledger(store).read_all(task.id for task in plan.tasks)
 
@@ -68,9 +72,13 @@ def status(plan: Plan, *, full: bool = False) -> Iterator[Standing]:
             return Standing(task, "pending" if claim is None else "interrupted", None, claim)
         if entry.state not in {DONE, SKIPPED}:
             return Standing(task, entry.state, entry)
-        changed = disproof(store, task, entry, full=full)
-        state = entry.state if not changed else "running" if working else "changed"
-        return Standing(task, state, entry, claim, changed)
+        proof = prove(store, task, entry, full=full, scratch=scratch)
+        state = entry.state
+        if proof.disproof:
+            state = "running" if working else "changed"
+        elif proof.unknown:
+            state = "unknown"
+        return Standing(task, state, entry, claim, proof.disproof, proof.unknown)
 
     with ThreadPoolExecutor(_THREADS) as pool:
         yield from pool.map(stand, plan.tasks, entries)

@@ -18,9 +18,9 @@ from tumtools.batch.claims import Claims
 from tumtools.batch.inputs import staged_source
 from tumtools.batch.ledger import DONE, FAILED, SKIPPED, Contents, Entry, Ledger
 from tumtools.batch.places import is_around, is_remote
-from tumtools.batch.proof import disproof
+from tumtools.batch.proof import prove
 from tumtools.batch.stores import open_store
-from tumtools.batch.tree import measure, sha256_of
+from tumtools.batch.tree import sha256_of
 from tumtools.convert import ConvertOptions, convert
 from tumtools.digest import digest
 from tumtools.errors import InternalError, OutputError, TumtoolsError
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from tumtools.batch.manifest import Policy
     from tumtools.batch.plan import Task
     from tumtools.batch.stores.store import Store
+    from tumtools.batch.tree import Measure
     from tumtools.convert import Report
 
 BUSY, KEPT, WORKED = "busy", "kept", "worked"
@@ -120,7 +121,8 @@ def _is_settled(store: Store, job: Job, entry: Entry | None) -> bool:
     if entry.state == FAILED:
         return entry.finished >= job.since
     full = job.full and entry.finished < job.since
-    return not disproof(store, job.task, entry, full=full)
+    # A source that is out of reach cannot be converted anew either.
+    return not prove(store, job.task, entry, full=full, scratch=job.scratch).disproof
 
 
 def _blank(job: Job, attempts: int, started: float) -> Entry:
@@ -160,10 +162,10 @@ class _Attempt:
 
     def run(self) -> Entry:
         try:
-            with staged_source(self._task.source, self._job.scratch) as path:
-                self._path = path
+            with staged_source(self._task.source, self._job.scratch) as staged:
+                path = self._path = staged.path
                 self._refuse_source(path)
-                self._read(path)
+                self._read(path, staged.measure)
                 self._entry = self._convert(path) if self._validate(path) else self._entry
         except TumtoolsError as error:
             self._fail(self._told(str(error)), bug=isinstance(error, InternalError))
@@ -189,11 +191,9 @@ class _Attempt:
                 "the output would be in the way of its source", path=output, hint="change the destination"
             )
 
-    def _read(self, path: Path) -> None:
-        found = measure(path)
-        if found is not None:
-            read = Contents(found.files, found.bytes, sha256_of(path), found.fingerprint)
-            self._entry = replace(self._entry, read=read)
+    def _read(self, path: Path, found: Measure) -> None:
+        read = Contents(found.files, found.bytes, sha256_of(path), found.fingerprint)
+        self._entry = replace(self._entry, read=read)
 
     def _validate(self, path: Path) -> bool:
         """Check the source; return whether to go on."""

@@ -63,7 +63,7 @@ def _run(
     shard: tuple[int, int] | None,
     claim: bool,
     lease: float,
-    scratch: str | None,
+    scratch: Path | None,
     full: bool,
     as_json: bool,
     **settings: object,
@@ -71,12 +71,14 @@ def _run(
     from tumtools.batch.engines import create_engine
     from tumtools.batch.plan_file import read_plan
     from tumtools.batch.run import RunOptions, chosen, run
+    from tumtools.batch.scratch import check_scratch
     from tumtools.cli.batch_progress import batch_progress
     from tumtools.cli.batch_report import Report
 
     whole = read_plan(Path(plan))
-    folder = Path(scratch).absolute() if scratch else None
-    run_options = RunOptions(retry, claim, shard, lease, folder, full)
+    if scratch is not None and settings["address"] is None:  # else it is on other machines
+        check_scratch(scratch)
+    run_options = RunOptions(retry, claim, shard, lease, scratch, full)
     tasks = chosen(whole, run_options)
     report = Report(whole)
     with batch_progress(tasks) as progress:
@@ -97,8 +99,9 @@ def _settings(values: dict[str, object]) -> EngineSettings:
 @click.argument("plan")
 @click.option("--full", is_flag=True, help="Hash every output, instead of looking at sizes and times.")
 @click.option("--check", is_flag=True, help="Exit with 1 unless every task is done or skipped.")
+@batch_options.scratch_option
 @options.json_option
-def status_command(plan: str, full: bool, check: bool, as_json: bool) -> int:
+def status_command(plan: str, full: bool, check: bool, scratch: Path | None, as_json: bool) -> int:
     """Tell where the tasks of PLAN stand, and why.
 
     Exits with 1 when some failed, with --full also when an output is not what it was.
@@ -108,7 +111,7 @@ def status_command(plan: str, full: bool, check: bool, as_json: bool) -> int:
     from tumtools.batch.status import status
     from tumtools.cli.batch_status_report import print_status
 
-    standings = list(status(read_plan(Path(plan)), full=full))
+    standings = list(status(read_plan(Path(plan)), full=full, scratch=scratch))
     print_status(standings, as_json=as_json)
     states = {standing.state for standing in standings}
     bad = states - {DONE, SKIPPED} if check else states & ({FAILED, "changed"} if full else {FAILED})

@@ -19,7 +19,7 @@ from tumtools.cli.batch_progress import reason
 if TYPE_CHECKING:
     from tumtools.batch.status import Standing
 
-_TOLD = {FAILED, SKIPPED, "changed", "running", "interrupted"}
+_TOLD = {FAILED, SKIPPED, "changed", "unknown", "running", "interrupted"}
 """States whose tasks are named."""
 _ALWAYS = {DONE, FAILED, "pending"}
 """Columns that are shown even when there is no such task."""
@@ -28,7 +28,9 @@ _ALWAYS = {DONE, FAILED, "pending"}
 def print_status(standings: list[Standing], *, as_json: bool) -> None:
     """Print where tasks stand, what was lost, and why tasks are not done."""
     counts = Counter(standing.state for standing in standings)
-    losses = sum_up((standing.task, standing.entry) for standing in standings if standing.state == DONE)
+    losses = sum_up(
+        (standing.task, standing.entry) for standing in standings if standing.state in {DONE, "unknown"}
+    )
     if as_json:
         output.print_json(
             {
@@ -53,8 +55,8 @@ def print_status(standings: list[Standing], *, as_json: bool) -> None:
 def _why(standing: Standing) -> str:
     if standing.claim is not None and standing.state in {"running", "interrupted"}:
         return f"on {standing.claim.owner.host.partition(' ')[0]}, process {standing.claim.owner.pid}"
-    if standing.changed:
-        return standing.changed
+    if standing.changed or standing.unknown:
+        return standing.changed or standing.unknown
     return reason(standing.entry) if standing.entry is not None else ""
 
 
@@ -66,5 +68,6 @@ def _document(standing: Standing) -> dict[str, object]:
         "output": standing.task.output,
         "state": standing.state,
         "changed": standing.changed,
+        "unknown": standing.unknown,
         "entry": None if standing.entry is None else document(standing.entry),
     }

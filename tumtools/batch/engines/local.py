@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import resource
 import signal
+import sys
 import time
 from collections import deque
 from contextlib import suppress
@@ -16,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final
 from tumtools.batch.engines.engine import Completed, EngineSettings, refuse_address
 from tumtools.batch.engines.worker import work
 from tumtools.batch.task import Outcome
+from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,6 +29,9 @@ if TYPE_CHECKING:
 
 _GRACE_SECONDS: Final = 10.0
 """What a worker gets to clean up behind itself."""
+
+_LONGEST_PAUSE: Final = 3600.0
+"""Seconds; the system takes some weeks at most."""
 
 
 @dataclass(slots=True)
@@ -44,6 +50,7 @@ class LocalEngine:
 
     def __init__(self, settings: EngineSettings) -> None:
         refuse_address(settings)
+        _refuse_memory_limit(settings.memory_limit)
         self._settings = settings
         self._context = multiprocessing.get_context("spawn")
         self._queue: deque[Job] = deque()
@@ -117,7 +124,7 @@ class LocalEngine:
         """Wait until something happens to any worker."""
         busy = self._busy()
         first = min(worker.deadline for worker in busy)
-        pause = None if first == float("inf") else max(0.0, first - time.monotonic())
+        pause = None if first == float("inf") else min(max(0.0, first - time.monotonic()), _LONGEST_PAUSE)
         ready = wait([worker.connection for worker in busy], pause)
         for worker in busy:
             if worker.connection in ready:
@@ -158,6 +165,18 @@ class LocalEngine:
             worker.process.kill()
         worker.process.join()
         worker.connection.close()
+
+
+def _refuse_memory_limit(limit: int | None) -> None:
+    """Refuse what the system would refuse in each worker."""
+    if limit is None:
+        return
+    most = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    if limit > sys.maxsize or (most != resource.RLIM_INFINITY and limit > most):
+        raise UsageError(
+            f"--memory-limit {limit}: this process may give {min(most % 2**64, sys.maxsize)} bytes at most",
+            hint="`ulimit -H -d` tells it in kB",
+        )
 
 
 def _finish(worker: _Worker) -> Job:

@@ -18,10 +18,17 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from tumtools.batch.places import WEB_SCHEMES, is_pattern, last_name
-from tumtools.batch.scratch import scratch_folder
+from tumtools.batch.places import STORE_SCHEMES, WEB_SCHEMES, is_pattern, last_name
+from tumtools.batch.scratch import scratch_errors, scratch_folder
 from tumtools.batch.tree import sha256_of, summary, walk
-from tumtools.errors import FetchError, IntegrityError, MissingInputError, OutputError, UsageError
+from tumtools.errors import (
+    FetchError,
+    IntegrityError,
+    MissingInputError,
+    OutputError,
+    TumtoolsError,
+    UsageError,
+)
 
 try:
     import obstore
@@ -33,7 +40,7 @@ except ImportError as error:
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from obstore import ObjectMeta, UpdateVersion
+    from obstore import BytesStream, ObjectMeta, UpdateVersion
     from obstore.store import ObjectStore, RetryConfig
 
     from tumtools.batch.tree import Measure
@@ -125,14 +132,15 @@ class RemoteStore:
     def sha256(self, name: str) -> str:
         """Hash an output by downloading it."""
         with scratch_folder(self._scratch) as folder:
-            return sha256_of(_download(self._store, self._place, name, folder))
+            return sha256_of(_download(self._store, self._place, name, folder)[0])
 
     @contextmanager
     def output(self, name: str) -> Iterator[Path]:
         """Give a path in a scratch folder, and upload what is there when the block ends well."""
         with scratch_folder(self._scratch) as folder:
             path = folder / last_name(name)
-            yield path
+            with scratch_errors(path):
+                yield path
             self._upload(path, name)
 
     def _upload(self, path: Path, name: str) -> None:
@@ -212,8 +220,10 @@ def match(pattern: str) -> dict[str, int]:
 
 
 @contextmanager
-def download(url: str, scratch: Path | None) -> Iterator[Path]:
+def download(url: str, scratch: Path | None) -> Iterator[tuple[Path, Measure]]:
     """Give a copy of an object, or of all that is below a prefix, under its own name.
+
+    With it goes what `measure_url` says of what was copied.
 
     Raises:
         MissingInputError: There is nothing.
@@ -238,8 +248,10 @@ def measure_url(url: str) -> Measure | None:
 
 def _measure(store: ObjectStore, place: str, name: str) -> Measure | None:
     files = _files(store, place, name)
-    if not files:
-        return None
+    return _summary(files) if files else None
+
+
+def _summary(files: list[tuple[str, ObjectMeta]]) -> Measure:
     return summary(
         (inner, meta["size"], meta["e_tag"] or str(meta["last_modified"])) for inner, meta in files
     )
@@ -257,7 +269,7 @@ def _files(store: ObjectStore, place: str, name: str) -> list[tuple[str, ObjectM
     return sorted(files, key=lambda item: item[0])
 
 
-def _download(store: ObjectStore, place: str, name: str, folder: Path) -> Path:
+def _download(store: ObjectStore, place: str, name: str, folder: Path) -> tuple[Path, Measure]:
     files = _files(store, place, name)
     if not files:
         raise MissingInputError("there is nothing of that name", path=f"{place}/{name}")
@@ -268,25 +280,30 @@ def _download(store: ObjectStore, place: str, name: str, folder: Path) -> Path:
         path = root / inner if inner else root
         if ".." in Path(inner).parts:
             raise IntegrityError(f"an object has the name {inner!r}", path=f"{place}/{name}")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _get_file(store, place, f"{name}/{inner}" if inner else name, meta["size"], path)
+        with scratch_errors(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        _get_file(store, place, f"{name}/{inner}" if inner else name, meta, path)
 
     with ThreadPoolExecutor(_CONNECTIONS) as pool:
         list(pool.map(get, files))
-    return root
+    return root, _summary(files)
 
 
-def _get_file(store: ObjectStore, place: str, name: str, size: int, path: Path) -> None:
+def _get_file(store: ObjectStore, place: str, name: str, meta: ObjectMeta, path: Path) -> None:
+    size = meta["size"]
+    url = f"{place}/{name}"
+
     def get() -> int:
-        with path.open("wb") as file:
-            for chunk in obstore.get(store, name).stream(min_chunk_size=_CHUNK):
-                file.write(chunk)
-            return file.tell()
+        result = obstore.get(store, name)
+        # Servers of the web may have an ETag for each way to send a file; those of stores name the content.
+        if place.partition("://")[0] in STORE_SCHEMES and result.meta["e_tag"] != meta["e_tag"]:
+            raise IntegrityError("changed while it was downloaded", path=url, hint="run the task again")
+        return _save(result.stream(min_chunk_size=_CHUNK), path)
 
     for attempt in range(_TRIES):
         try:
-            received = _request(f"{place}/{name}", get)
-        except MissingInputError:
+            received = _request(url, get)
+        except (MissingInputError, IntegrityError):
             raise
         except FetchError:
             if attempt == _TRIES - 1:
@@ -294,7 +311,20 @@ def _get_file(store: ObjectStore, place: str, name: str, size: int, path: Path) 
         else:
             if received == size:
                 return
-    raise FetchError(f"broke off before {size} bytes were there", path=f"{place}/{name}")
+    raise FetchError(f"broke off before {size} bytes were there", path=url)
+
+
+def _save(chunks: BytesStream, path: Path) -> int:
+    """Write what comes to the scratch folder, whose troubles are not the store's; return its size."""
+    with scratch_errors(path):
+        file = path.open("wb", buffering=0)
+    with file:
+        for chunk in chunks:
+            left = memoryview(chunk)
+            while left:
+                with scratch_errors(path):
+                    left = left[file.write(left) :]
+        return file.tell()
 
 
 def _list(store: ObjectStore, prefix: str) -> list[ObjectMeta]:
@@ -304,6 +334,8 @@ def _list(store: ObjectStore, prefix: str) -> list[ObjectMeta]:
 def _request(url: str, request: Callable[[], _Result]) -> _Result:
     try:
         return request()
+    except TumtoolsError:
+        raise
     except (NotFoundError, FileNotFoundError) as error:
         raise MissingInputError("there is nothing of that name", path=url) from error
     except (BaseError, OSError) as error:

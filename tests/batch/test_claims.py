@@ -12,6 +12,8 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import pytest
+
 from tumtools.batch.claims import Claims
 from tumtools.batch.owner import Owner, this_process
 from tumtools.batch.stores.local import LocalStore
@@ -98,3 +100,41 @@ def test_a_damaged_claim_counts_as_expired(tmp_path: Path) -> None:
     claim_file(tmp_path).write_text("{")
     with Claims(LocalStore(str(tmp_path))).hold(TASK, 0) as claim:
         assert claim is not None
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"expires": "soon"},
+        {"expires": None},
+        {"expires": float("nan")},
+        {"expires": float("inf")},
+        {"expires": 10**400},
+        {"attempt": "third"},
+        {"owner": "me"},
+        {"owner": {"host": 7, "pid": 1, "started": 1}},
+        {"token": 7},
+        {"more": 7},
+    ],
+    ids=str,
+)
+def test_a_claim_with_wrong_types_has_expired(tmp_path: Path, changes: dict[str, object]) -> None:
+    claims = Claims(LocalStore(str(tmp_path)))
+    with claims.hold(TASK, 0):
+        rewrite(tmp_path, **changes)
+        assert all(claim.has_expired() for claim in claims.all())
+        with claims.hold(TASK, 0) as second:
+            assert second is not None
+
+
+@pytest.mark.parametrize("pid", [-1, 0, 2**40])
+def test_a_number_that_no_process_has_is_of_one_that_is_gone(pid: int) -> None:
+    assert replace(this_process(), pid=pid).is_dead()
+
+
+def test_a_claim_that_is_nested_too_deeply_has_expired(tmp_path: Path) -> None:
+    claims = Claims(LocalStore(str(tmp_path)))
+    with claims.hold(TASK, 0):
+        claim_file(tmp_path).write_text("[" * 10**5)
+        with claims.hold(TASK, 0) as second:
+            assert second is not None

@@ -298,7 +298,7 @@ def test_an_edited_destination_is_said_to_be_that(folder: Path) -> None:
     path = folder / "plan.json"
     write_plan(plan_of(folder), path)
     path.write_text(path.read_text().replace('/out"', '/elsewhere"'))
-    with pytest.raises(InputError, match="the destination or the list of tasks was changed"):
+    with pytest.raises(InputError, match="the destination, the policy, a target or a task was changed"):
         read_plan(path)
 
 
@@ -321,3 +321,110 @@ def test_a_plan_replaces_no_folder_and_nothing_of_others(folder: Path, kind: str
     with pytest.raises(UsageError):
         write_plan(plan, path)
     assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "second",
+    ['label = "other"', 'label = "other"\nsalvage = true', 'label = "x"\ntopics = { rgb = "/a" }'],
+)
+def test_a_source_that_is_to_be_read_in_two_ways_is_two_tasks(folder: Path, second: str) -> None:
+    source = f'path = "data/full"\n[[source]]\npath = "data/full"\n{second}'
+    plan = plan_of(folder, '[[target]]\nto = "mcap"\n', source=source)
+    assert len({task.output for task in plan.tasks}) == 2
+    write_plan(plan, folder / "plan.json")
+    assert read_plan(folder / "plan.json") == plan
+
+
+@pytest.mark.parametrize("second", ["salvage = true", 'topics = { rgb = "/a" }'])
+def test_two_ways_to_read_a_source_into_one_output_are_refused_with_the_line(
+    folder: Path, second: str
+) -> None:
+    source = f'path = "data/*"\n[[source]]\npath = "data/full"\n{second}'
+    with pytest.raises(InputError, match="is the same as") as caught:
+        plan_of(folder, '[[target]]\nto = "mcap"\n', source=source)
+    assert caught.value.location == "line 5"
+
+
+def test_a_source_that_is_to_be_fetched_by_one_of_two_is_fetched(folder: Path) -> None:
+    for fetch in ("", "fetch = true\n"):
+        one, other = f'name = "fr1/desk"\n{fetch}', 'camera = "fr1"\nfetch = true\n'
+        (task, *_) = plan_of(
+            folder, '[[target]]\nto = "mcap"\n', 'estimate = "off"', f"{one}[[source]]\n{other}"
+        ).tasks
+        assert (task.source.name, task.source.fetch) == ("rgbd_dataset_freiburg1_desk", True)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"digest": true', '"digest": false'),
+        ('"jobs": 1', '"jobs": 2'),
+        ('"bytes_in":', '"bytes_in":1'),
+        ('"opened": 2', '"opened": 1'),
+        ('"uri":', '"fetch":true,"uri":'),
+        ('"output":', '"problem":"none","output":'),
+    ],
+)
+def test_a_plan_that_was_edited_anywhere_is_refused(folder: Path, old: str, new: str) -> None:
+    path = folder / "plan.json"
+    write_plan(plan_of(folder), path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match="plans are not edited"):
+        read_plan(path)
+
+
+def test_wrong_types_in_a_plan_are_refused(folder: Path) -> None:
+    path = folder / "plan.json"
+    plan = plan_of(folder, head='estimate = "off"')
+    write_plan(plan, path)
+    good = path.read_text()
+    places = {
+        "head": ("schema_version", "plan", "destination", "policy", "targets", "opened", "tasks"),
+        "policy": ("validate", "digest", "jobs"),
+        "target": ("to", "label", "write", "start", "every", "streams", "verify"),
+        "task": ("id", "source", "target", "output", "bytes_in", "losses", "problem"),
+        "source": ("uri", "name", "topics", "salvage", "camera"),
+    }
+    for place, names in places.items():
+        for name in names:
+            for value in (7, None, [], {}, [7], {"a": 7}, "x", 10**400, float("inf"), True):
+                head = json.loads(good)
+                task = head["tasks"][0]
+                tables = {
+                    "head": head,
+                    "policy": head["policy"],
+                    "target": head["targets"][0],
+                    "task": task,
+                    "source": task["source"],
+                }
+                tables[place][name] = value
+                path.write_text(json.dumps(head))
+                try:
+                    assert read_plan(path) == plan
+                except InputError as error:
+                    told = error.message
+                    assert not any(word in told for word in ("None", "__init__", "'str'")), (name, value)
+
+
+@pytest.mark.parametrize("key", ["tasks", "plan", "targets", "policy"])
+def test_a_plan_without_one_of_its_parts_says_which(folder: Path, key: str) -> None:
+    path = folder / "plan.json"
+    write_plan(plan_of(folder), path)
+    document = json.loads(path.read_text())
+    del document[key]
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=key):
+        read_plan(path)
+
+
+def test_manifests_and_plans_are_no_recordings_for_a_pattern(folder: Path) -> None:
+    (folder / "sequences").mkdir()
+    shutil.copytree(folder / "data" / "full", folder / "full")
+    shutil.rmtree(folder / "data")
+    shutil.rmtree(folder / "sequences")
+    first = plan_of(folder, source='path = "*"')
+    assert {task.source.name for task in first.tasks} == {"full"}
+    write_plan(first, folder / "plan.json")
+    assert plan_of(folder, source='path = "*"') == first

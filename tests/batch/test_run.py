@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -368,12 +369,39 @@ def test_files_that_may_be_somebody_elses_are_not_removed(folder: Path, change: 
     assert run_inline(plan, retry=True) == {"worked done": 1}
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"schema_version": 1}', "\x00" * 100])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "{",
+        "[]",
+        "null",
+        "7",
+        '{"schema_version": 1}',
+        '{"schema_version": []}',
+        "\x00" * 100,
+        "[" * 10**5,
+    ],
+)
 def test_an_entry_that_is_damaged_is_none(folder: Path, content: str) -> None:
     plan = plan_of(folder)
     run_inline(plan)
     next((folder / "out/.tumtools/ledger").glob(f"*/{plan.tasks[0].id}.json")).write_text(content)
     assert states(plan) == {"done": 2, "pending": 1}
+    assert run_inline(plan) == {"worked done": 1, "kept done": 2}
+
+
+@pytest.mark.parametrize("value", [None, 7, "x", [], {}, [7], {"bytes": "x"}, float("nan"), 10**400, True])
+def test_an_entry_with_a_wrong_type_anywhere_is_none(folder: Path, value: object) -> None:
+    plan = plan_of(folder)
+    run_inline(plan)
+    path = next((folder / "out/.tumtools/ledger").glob(f"*/{plan.tasks[0].id}.json"))
+    good = json.loads(path.read_text())
+    for key in good:
+        path.write_text(json.dumps(good | {key: value}))
+        found = states(plan)
+        assert found in ({"done": 2, "pending": 1}, {"done": 3}, {"done": 2, "changed": 1}), key
+    path.write_text(json.dumps(good | {"state": value, "started": value, "versions": value}))
     assert run_inline(plan) == {"worked done": 1, "kept done": 2}
 
 

@@ -9,6 +9,7 @@ the one that was read. A claim of a process of the same machine that is gone exp
 from __future__ import annotations
 
 import json
+import math
 import threading
 import time
 import uuid
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.owner import Owner, this_process
 from tumtools.batch.plan import LEDGER_FOLDER
+from tumtools.batch.records import build, load
 from tumtools.errors import TumtoolsError
 
 if TYPE_CHECKING:
@@ -171,7 +173,9 @@ def _name(task: str) -> str:
 
 def _parse(task: str, data: bytes) -> Claim:
     try:
-        document = json.loads(data)
-        return Claim(**{**document, "owner": Owner(**document["owner"])})
-    except (ValueError, KeyError, TypeError):
+        claim: Claim | None = build(Claim, load(data))
+    except ValueError:
+        claim = None
+    if claim is None or not math.isfinite(claim.expires):
         return Claim(task, "", 0, 0.0, Owner("", 0, 0))  # damaged: expired long ago
+    return replace(claim, task=task)

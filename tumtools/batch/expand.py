@@ -6,11 +6,13 @@ from __future__ import annotations
 
 import glob
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.places import WEB_SCHEMES, is_pattern, is_remote, last_name, parent_name, stem
+from tumtools.batch.plan_head import is_plan_file
 from tumtools.catalogue import load_catalogue
 from tumtools.errors import InputError, UsageError
 
@@ -50,22 +52,25 @@ class Source:
     listed_bytes: int = 0
 
 
-def expand(manifest: Manifest) -> Iterator[Source]:
-    """Yield the recordings, each once.
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A recording, and the line of the manifest that named it first."""
+
+    source: Source
+    line: int
+
+
+def expand(manifest: Manifest) -> list[Found]:
+    """Return the recordings, each once; one that is to be read in several ways, once for each.
 
     Raises:
         InputError: A path or name does not exist, or a pattern matches nothing; with the line.
 
     """
-    seen: set[str] = set()
+    seen: dict[tuple[object, ...], Found] = {}
     for spec in manifest.sources:
         try:
-            found = [
-                source
-                for source in _sources(spec)
-                if not _is_excluded(source, spec.exclude)
-                and not _is_output(source.uri, spec.path, manifest.destination)
-            ]
+            found = [source for source in _sources(spec) if _is_meant(source, spec, manifest)]
         except UsageError as error:
             raise _error(manifest, spec, error.message, error.hint) from error
         if not found:
@@ -73,9 +78,33 @@ def expand(manifest: Manifest) -> Iterator[Source]:
         if spec.label is not None and len(found) > 1:
             raise _error(manifest, spec, f"label names one source, here are {len(found)}")
         for source in found:
-            if source.uri not in seen:
-                seen.add(source.uri)
-                yield source
+            # All that decides about the outputs; `fetch` does not, and one that wants it is enough.
+            key = (source.uri, source.name, tuple(sorted(source.topics.items())), source.salvage)
+            first = seen.setdefault(key, Found(source, spec.line))
+            if source.fetch and not first.source.fetch:
+                seen[key] = replace(first, source=replace(first.source, fetch=True))
+    return list(seen.values())
+
+
+def _is_meant(source: Source, spec: SourceSpec, manifest: Manifest) -> bool:
+    """Whether what a `[[source]]` matches is a recording of it, and not what only lies there."""
+    return (
+        not _is_excluded(source, spec.exclude)
+        and not _is_output(source.uri, spec.path, manifest.destination)
+        and not _is_of_batch(source.uri, spec.path, manifest.path)
+    )
+
+
+def _is_of_batch(uri: str, path: str | None, manifest: Path) -> bool:
+    """Whether a pattern has matched the manifest itself, or a plan."""
+    if path is None or not is_pattern(path) or is_remote(path):
+        return False
+    if uri == os.path.normpath(manifest.absolute()):
+        return True
+    try:
+        return uri.endswith(".json") and Path(uri).is_file() and is_plan_file(Path(uri))
+    except OSError:
+        return False  # it is told when it is opened
 
 
 def _error(manifest: Manifest, spec: SourceSpec, message: str, hint: str | None = None) -> InputError:

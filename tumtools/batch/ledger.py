@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 import json
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.plan import LEDGER_FOLDER
-from tumtools.model.sequence import Loss
+from tumtools.batch.records import build, load
+from tumtools.model.sequence import Loss  # noqa: TC001 - the type of a field is looked at
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION: Final = 1
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
+_STATES: Final = (DONE, FAILED, SKIPPED)
 _READERS: Final = 16
 
 
@@ -96,10 +99,10 @@ class Ledger:
     def read(self, task: str) -> Entry | None:
         """Return the entry of a task, or None.
 
-        An entry that is damaged is none: the task is done again.
+        An entry that is damaged, of another task or of another version is none: the task is done again.
         """
         data = self._store.read(_name(task))
-        return None if data is None else _parse(data)
+        return None if data is None else _parse(task, data)
 
     def read_all(self, tasks: Iterable[str]) -> Iterator[Entry | None]:
         """Yield the entries of tasks, in their order; only those that are there are asked for."""
@@ -127,20 +130,16 @@ def _name(task: str) -> str:
     return f"{_FOLDER}{task[:2]}/{task}.json"
 
 
-def _parse(data: bytes) -> Entry | None:
+def _parse(task: str, data: bytes) -> Entry | None:
     try:
-        document: dict[str, Any] = json.loads(data)
-        if document.pop("schema_version") != SCHEMA_VERSION:
+        document = dict(load(data))
+        if document.pop("schema_version", None) != SCHEMA_VERSION:
             return None
-        for key in ("read", "written"):
-            document[key] = None if document[key] is None else Contents(**document[key])
-        document["losses"] = tuple(
-            Loss(**{**loss, "alters": tuple(loss["alters"])}) for loss in document["losses"]
-        )
-        document["findings"] = tuple(document["findings"])
-        return Entry(**document)
-    except (ValueError, KeyError, TypeError, AttributeError):
+        entry = build(Entry, document)
+    except ValueError:
         return None
+    known = entry.task == task and entry.state in _STATES and math.isfinite(entry.finished)
+    return entry if known else None
 
 
 def document(entry: Entry) -> dict[str, object]:

@@ -30,12 +30,16 @@ class Owner:
         """Whether the process is known to be gone; never for one of another machine."""
         if self.host != _host():
             return False
+        if self.pid <= 0:
+            return True  # stands for a group of processes; nobody's number
         try:
             os.kill(self.pid, 0)
         except ProcessLookupError:
             return True
         except PermissionError:
             return False
+        except OverflowError:
+            return True  # no system has such a number
         return _started(self.pid) != self.started
 
 

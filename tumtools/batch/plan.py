@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.estimate import estimate
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from tumtools.batch.estimate import Estimate
+    from tumtools.batch.expand import Found
     from tumtools.batch.manifest import Manifest, Policy, Target
 
 _HASH_VERSION: Final = 1
@@ -75,10 +76,18 @@ class Plan:
 
     @property
     def id(self) -> str:
-        """A hash of all tasks."""
-        sha = hashlib.sha256(self.destination.encode("utf-8", "surrogateescape"))
+        """A hash of all that is in it."""
+        head = [
+            self.destination,
+            asdict(self.policy),
+            [asdict(target) for target in self.targets],
+            self.opened,
+        ]
+        sha = hashlib.sha256(json.dumps(head, sort_keys=True).encode())
         for task in self.tasks:
-            sha.update(task.id.encode())
+            source = [getattr(task.source, item.name) for item in fields(Source)]
+            rest = [task.id, task.target.label, task.output, task.bytes_in, task.bytes_out, task.losses]
+            sha.update(json.dumps([*source, *rest, task.problem], sort_keys=True).encode())
         return sha.hexdigest()[:32]
 
     def shard(self, index: int, count: int) -> Plan:
@@ -107,19 +116,20 @@ def make_plan(manifest: Manifest, progress: Callable[[int], None] | None = None)
 
     """
     tasks: list[Task] = []
-    sources = list(expand(manifest))
-    estimates = estimate(sources, manifest.targets, manifest.estimate)
-    for source, guesses in zip(sources, estimates.each, strict=True):
-        tasks.extend(_tasks(manifest, source, guesses))
+    found = expand(manifest)
+    estimates = estimate([one.source for one in found], manifest.targets, manifest.estimate)
+    for one, guesses in zip(found, estimates.each, strict=True):
+        tasks.extend(_tasks(manifest, one, guesses))
         if progress is not None:
             progress(1)
-    _check_outputs(manifest, tasks)
+    _check_outputs(manifest, tasks, [one.line for one in found for _ in manifest.targets])
     return Plan(manifest.destination, manifest.policy, manifest.targets, tuple(tasks), estimates.opened)
 
 
-def _tasks(manifest: Manifest, source: Source, guesses: list[Estimate]) -> Iterator[Task]:
+def _tasks(manifest: Manifest, found: Found, guesses: list[Estimate]) -> Iterator[Task]:
+    source = found.source
     for target, guess in zip(manifest.targets, guesses, strict=True):
-        output = _output(manifest, source, target)
+        output = _output(manifest, found, target)
         yield Task(
             id=task_id(source, target, output, manifest.policy),
             source=source,
@@ -132,7 +142,8 @@ def _tasks(manifest: Manifest, source: Source, guesses: list[Estimate]) -> Itera
         )
 
 
-def _output(manifest: Manifest, source: Source, target: Target) -> str:
+def _output(manifest: Manifest, found: Found, target: Target) -> str:
+    source = found.source
     output = manifest.template.format(
         name=source.name,
         parent=source.parent,
@@ -145,6 +156,7 @@ def _output(manifest: Manifest, source: Source, target: Target) -> str:
         raise InputError(
             f"{source.uri} would be written to {output!r}, which is no name below the destination",
             path=manifest.path,
+            location=f"line {found.line}",
             hint="change template, or give the source a label",
         )
     if any(len(part.encode("utf-8", "surrogateescape")) > _LONGEST_NAME for part in output.split("/")):
@@ -152,6 +164,7 @@ def _output(manifest: Manifest, source: Source, target: Target) -> str:
             f"{source.uri} would be written to {output!r}; names of more than {_LONGEST_NAME} bytes are too "
             "long for many file systems",
             path=manifest.path,
+            location=f"line {found.line}",
             hint="change template, or give the source a label",
         )
     return output
@@ -186,28 +199,31 @@ def task_id(source: Source, target: Target, output: str, policy: Policy) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _check_outputs(manifest: Manifest, tasks: list[Task]) -> None:
+def _check_outputs(manifest: Manifest, tasks: list[Task], lines: list[int]) -> None:
     """Refuse outputs that are the same, inside each other, or in the way of a source."""
     by_output: dict[str, Task] = {}
-    for task in tasks:
+    for task, line in zip(tasks, lines, strict=True):
         other = by_output.setdefault(task.output, task)
         if other is not task:
-            raise _clash(manifest, task, other, "the same as")
-    for task in tasks:
+            raise _clash(manifest, task, other, "the same as", line)
+    for task, line in zip(tasks, lines, strict=True):
         for parent in _parents(task.output):
             if parent in by_output:
-                raise _clash(manifest, task, by_output[parent], "inside of")
+                raise _clash(manifest, task, by_output[parent], "inside of", line)
     root = real_place(manifest.destination)
     uris = {task.source.uri for task in tasks}
     sources = {real_place(uri) for uri in uris if not uri.startswith(CATALOGUE)}
     around = {parent for source in sources for parent in _parents(source)}
     inside = any(place in sources for place in (root, *_parents(root)))
-    for task in tasks:
+    for task, line in zip(tasks, lines, strict=True):
         place = f"{root}/{task.output}"
         holders = (f"{root}/{parent}" for parent in _parents(task.output))
         if inside or place in around or place in sources or any(holder in sources for holder in holders):
             raise InputError(
-                f"{place} would be in the way of a source", path=manifest.path, hint="change the destination"
+                f"{place} would be in the way of a source",
+                path=manifest.path,
+                location=f"line {line}",
+                hint="change the destination",
             )
 
 
@@ -218,12 +234,13 @@ def _parents(output: str) -> Iterator[str]:
         end = output.find("/", end + 1)
 
 
-def _clash(manifest: Manifest, task: Task, other: Task, how: str) -> InputError:
+def _clash(manifest: Manifest, task: Task, other: Task, how: str, line: int) -> InputError:
     return InputError(
         f"the output {task.output} of {task.source.uri} as {task.target.label} is {how} {other.output} of "
         f"{other.source.uri} as {other.target.label}",
         path=manifest.path,
-        hint="tell them apart in the template with {target}, {parent} or {ext}, or label a source",
+        location=f"line {line}",
+        hint="tell them apart in the template with {target}, {parent} or {ext}; or label or exclude a source",
     )
 
 

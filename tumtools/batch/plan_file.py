@@ -6,14 +6,15 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import asdict, fields
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.expand import Source
-from tumtools.batch.manifest import Policy, Target
+from tumtools.batch.manifest import Policy, Target  # noqa: TC001 - types of fields are looked at
 from tumtools.batch.places import check_place
 from tumtools.batch.plan import Plan, Task, is_output_name, task_id
 from tumtools.batch.plan_head import is_plan_file
+from tumtools.batch.records import build, load
 from tumtools.errors import InputError, MissingInputError, OutputError, UsageError
 from tumtools.staging import refuse_folder, staged_file
 
@@ -94,25 +95,22 @@ def read_plan(path: Path) -> Plan:
 
     """
     try:
-        document = json.loads(path.read_bytes())
+        document = load(path.read_bytes())
     except FileNotFoundError:
         raise MissingInputError(
             "there is no such plan", path=path, hint="`tumtools batch plan MANIFEST -o PLAN` makes one"
         ) from None
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", path=path) from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"not JSON: {error}", path=path, hint=_HINT) from error
-    version = document.get("schema_version") if isinstance(document, dict) else None
+    except ValueError as error:
+        raise InputError(f"no JSON object: {error}", path=path, hint=_HINT) from error
+    version = document.get("schema_version")
     if version != SCHEMA_VERSION:
-        raise InputError(
-            f"expected a plan of version {SCHEMA_VERSION}, got {version!r}", path=path, hint=_HINT
-        )
+        found = f"this is of version {json.dumps(version)[:40]}" if version is not None else "this is none"
+        raise InputError(f"expected a plan of version {SCHEMA_VERSION}, {found}", path=path, hint=_HINT)
     try:
         plan = _plan(document)
-    except KeyError as error:
-        raise InputError(f"not a plan: it has no {error}", path=path, hint=_HINT) from error
-    except (TypeError, AttributeError, ValueError) as error:
+    except ValueError as error:
         raise InputError(f"not a plan: {error}", path=path, hint=_HINT) from error
     for number, task in enumerate(plan.tasks):
         if not is_output_name(task.output) or task.id != task_id(
@@ -126,37 +124,64 @@ def read_plan(path: Path) -> Plan:
             )
     if document.get("plan") != plan.id:
         raise InputError(
-            "the destination or the list of tasks was changed; plans are not edited", path=path, hint=_HINT
+            "the destination, the policy, a target or a task was changed; plans are not edited",
+            path=path,
+            hint=_HINT,
         )
     return plan
 
 
-def _plan(document: Mapping[str, Any]) -> Plan:
-    if check_place(document["destination"]):
-        raise ValueError(check_place(document["destination"]))
-    targets = {table["label"]: _target(table) for table in document["targets"]}
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """A plan but for its tasks, as it is written."""
+
+    schema_version: int
+    plan: str
+    destination: str
+    policy: Policy
+    targets: tuple[Target, ...]
+    opened: int
+
+
+@dataclass(frozen=True, slots=True)
+class _TaskTable:
+    """A task as it is written; see `plan.Task`."""
+
+    id: str
+    source: Source
+    target: str
+    output: str
+    bytes_in: int = 0
+    bytes_out: int = 0
+    losses: tuple[str, ...] = ()
+    problem: str = ""
+
+
+def _plan(document: Mapping[str, object]) -> Plan:
+    head = build(_Head, {key: value for key, value in document.items() if key != "tasks"})
+    problem = check_place(head.destination)
+    if problem:
+        raise ValueError(problem)
+    tables = document.get("tasks")
+    if not isinstance(tables, list):
+        message = "tasks: expected a list"
+        raise ValueError(message)  # noqa: TRY004 - what was read is wrong, not the caller
+    targets = {target.label: target for target in head.targets}
     sources: dict[str, Source] = {}  # one object for all tasks of a source: a third of the memory
     return Plan(
-        destination=document["destination"],
-        policy=Policy(**document["policy"]),
-        targets=tuple(targets.values()),
-        tasks=tuple(_task(table, targets, sources) for table in document["tasks"]),
-        opened=int(document.get("opened", 0)),
+        destination=head.destination,
+        policy=head.policy,
+        targets=head.targets,
+        tasks=tuple(_task(table, targets, sources) for table in tables),
+        opened=head.opened,
     )
 
 
-def _target(table: Mapping[str, Any]) -> Target:
-    streams = table["streams"]
-    return Target(**{**table, "streams": None if streams is None else tuple(streams)})
-
-
-def _task(table: Mapping[str, Any], targets: Mapping[str, Target], sources: dict[str, Source]) -> Task:
-    source = Source(**table["source"])
-    return Task(
-        **{
-            **table,
-            "source": sources.setdefault(source.uri, source),
-            "target": targets[table["target"]],
-            "losses": tuple(table.get("losses", ())),
-        }
-    )
+def _task(document: object, targets: Mapping[str, Target], sources: dict[str, Source]) -> Task:
+    table = build(_TaskTable, document)
+    if table.target not in targets:
+        message = f"task {table.output}: no target {table.target!r}"
+        raise ValueError(message)
+    source = sources.setdefault(repr(table.source), table.source)
+    values = {item.name: getattr(table, item.name) for item in fields(_TaskTable)}
+    return Task(**{**values, "source": source, "target": targets[table.target]})

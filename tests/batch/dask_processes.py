@@ -29,9 +29,9 @@ def require_dask() -> None:
 
 @contextmanager
 def dask_processes(
-    folder: Path, environment: Mapping[str, str]
+    folder: Path, environment: Mapping[str, str], workers: int = 2
 ) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
-    """Start them in an empty folder; give the scheduler's address and the two workers."""
+    """Start them in an empty folder; give the scheduler's address, the workers, and last the scheduler."""
     require_dask()
     folder.mkdir()
     file = folder / "scheduler.json"
@@ -49,9 +49,9 @@ def dask_processes(
 
     common = ("--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file))
     started = [start("scheduler", "--port", "0", *common)]
-    started += [start("worker", "--nthreads", "1", "--no-nanny", *common) for _ in range(2)]
+    started += [start("worker", "--nthreads", "1", "--no-nanny", *common) for _ in range(workers)]
     try:
-        yield _address(file), started[1:]
+        yield _address(file), [*started[1:], started[0]]
     finally:
         for process in started:
             process.kill()

@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import signal
+import threading
 import time
 from typing import TYPE_CHECKING, Any, cast
 
@@ -14,6 +16,7 @@ import pytest
 
 from tests.batch.batches import FIXTURES, Batch
 from tumtools.batch.engines.engine import EngineSettings
+from tumtools.batch.engines.interrupts import children_undisturbed
 from tumtools.batch.engines.local import LocalEngine
 from tumtools.batch.manifest import read_manifest
 from tumtools.batch.plan import make_plan
@@ -100,3 +103,41 @@ def test_a_limit_that_the_system_refuses_is_refused_before_any_worker_starts(
     with pytest.raises(UsageError, match="1000000000 bytes at most"):
         LocalEngine(EngineSettings(memory_limit=2 * 10**9))
     LocalEngine(EngineSettings(memory_limit=10**9))
+
+
+def test_ctrl_c_while_workers_start_prints_no_tracebacks(tmp_path: Path) -> None:
+    batch = Batch(tmp_path, sources=2)
+    batch.plan()
+    for milliseconds in range(220, 420, 20):
+        shutil.rmtree(batch.out, ignore_errors=True)
+        process = batch.start("batch", "run", "plan.json", "--workers", "2")
+        time.sleep(milliseconds / 1000)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGINT)
+        _, stderr = process.communicate(timeout=60)
+        # Before the program is imported, Python itself tells of the interrupt; never do the workers.
+        assert "spawn_main" not in stderr
+        assert "resource_tracker" not in stderr
+
+
+def test_signals_that_come_while_a_child_starts_are_dealt_with_afterwards() -> None:
+    came: list[str] = []
+
+    def stop() -> None:
+        with children_undisturbed():
+            signal.raise_signal(signal.SIGINT)
+            # By way of a thread that does not block it, such as those of numerical libraries.
+            thread = threading.Thread(target=raise_unblocked)
+            thread.start()
+            thread.join()
+            came.append("started")
+        came.append("never")
+
+    def raise_unblocked() -> None:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        stop()
+    assert came == ["started"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -66,6 +66,21 @@ def test_paths_are_taken_from_the_folder_of_the_manifest(tmp_path: Path) -> None
         ('path = "data/*"', 'path = "https://host/x.tgz?X-Amz-Signature=1"', 5, "signature"),
         ('path = "data/*"', 'path = "data/*"\ncamera = "fr1"', 4, "expected a path, a name or a filter"),
         ('path = "data/*"', "path = 7", 5, "expected a text, got 7"),
+        ('path = "data/*"', "path = true", 5, "expected a text, got true"),
+        ('path = "data/*"', "path = 1979-05-27", 5, "expected a text, got a date or time"),
+        ('path = "data/*"', 'path = ["s3://b/x?a=secret"]', 5, "expected a text, got a list"),
+        ('to = "mcap"', 'to = "s3://u:secret@b/x?a=secret"', 13, 'got "b/x"'),
+        ('path = "data/*"', 'path = "s3://b/x.bag?X-Amz-Signature=secret"', 5, "a query"),
+        ('path = "data/*"', 'path = "s3://b/x.bag?versionId&a=secret"', 5, "a query"),
+        ('destination = "out"', 'destination = "s3://b/x?a=secret"', 1, "a query"),
+        ('destination = "out"', 'destination = "gs://b/x?secret"', 1, "a query"),
+        ('destination = "out"', 'destination = "out\\u0000x"', 1, "NUL"),
+        ('path = "data/*"', 'path = "data\\u0000/*"', 5, "NUL"),
+        ('path = "data/*"', 'path = "s3://[b/x"', 5, "cannot be one"),
+        ('path = "data/*"', 'path = "data/*"\nfetch = true', 6, "fetch has no effect on a path"),
+        ('destination = "out"', 'destination = "out"\njobs = 100000', 2, "expected 1 to 256, got 100000"),
+        ('start = "0.5"', 'start = "0.5"\nend = "0.4"', 21, "the end 0.4 is before the start 0.5"),
+        ('start = "0.5"', 'start = "1305031912"\nend = "1305031910"', 21, "is before the start"),
         ('  "fr1/xyz",', "  7,", 7, "expected a text or a list of texts"),
         ('"lz4"', '"bz2"', 14, "compression bz2 is not possible for mcap"),
         ('compression = "lz4"', 'storage = "mcap"', 14, "storage has no meaning for mcap"),
@@ -114,3 +129,29 @@ def test_lines_are_found_through_strings_comments_and_nested_tables() -> None:
     assert lines["h", 0, "j", "k"] == 12
     assert lines["h", 1, "i"] == 14
     assert line_of(lines, ("h", 1, "unknown")) == 13
+
+
+@pytest.mark.parametrize("end", ["0.5", "0.6", "1305031910"])
+def test_a_selection_that_may_hold_something_is_taken(tmp_path: Path, end: str) -> None:
+    assert read(tmp_path, f'{GOOD}end = "{end}"\n').targets[1].end == end
+
+
+def test_an_end_counted_from_a_start_of_the_clock_is_taken(tmp_path: Path) -> None:
+    text = GOOD.replace('"0.5"', '"1305031910"')
+    assert read(tmp_path, f'{text}end = "20"\n').targets[1].end == "20"
+
+
+@pytest.mark.parametrize(
+    "path", ["s3://b/rec?.bag", "s3://b/?/day=1/x.bag", "s3://b/day=?/*.bag", "gs://b/[ab]?/x"]
+)
+def test_a_question_mark_in_a_pattern_of_a_store_is_no_query(tmp_path: Path, path: str) -> None:
+    assert read(tmp_path, GOOD.replace("data/*", path)).sources[0].path == path
+
+
+def test_schemes_are_written_in_small_letters(tmp_path: Path) -> None:
+    manifest = read(tmp_path, GOOD.replace("data/*", "S3://Lab/X.bag").replace('"out"', '"S3://Lab/Out/"'))
+    assert (manifest.sources[0].path, manifest.destination) == ("s3://Lab/X.bag", "s3://Lab/Out")
+
+
+def test_a_mark_of_the_coding_at_the_beginning_is_no_part_of_the_text(tmp_path: Path) -> None:
+    assert read(tmp_path, "\ufeff" + GOOD).destination == str(tmp_path / "out")

@@ -26,7 +26,7 @@ from tumtools.batch.engines.inline import InlineEngine
 from tumtools.batch.ledger import Entry, Ledger
 from tumtools.batch.losses import sum_up
 from tumtools.batch.manifest import read_manifest
-from tumtools.batch.owner import this_process
+from tumtools.batch.owner import Owner, this_process
 from tumtools.batch.plan import Plan, make_plan
 from tumtools.batch.run import RunOptions, chosen, run
 from tumtools.batch.status import status
@@ -307,6 +307,69 @@ def test_engines_of_others_are_found_by_their_entry_points(monkeypatch: pytest.M
     with pytest.raises(UsageError, match="no engine 'yours'") as caught:
         create_engine("yours", EngineSettings())
     assert "mine" in str(caught.value.hint)
+
+
+def raises(settings: EngineSettings) -> None:
+    raise KeyError(settings.workers)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("nosuch.module:Engine", "ModuleNotFoundError: No module named"),
+        ("tumtools.batch.engines.inline:NoSuch", "AttributeError"),
+        ("tests.batch.test_run:raises", "KeyError: 1"),
+    ],
+)
+def test_an_engine_of_others_that_cannot_be_started_is_theirs(
+    monkeypatch: pytest.MonkeyPatch, value: str, message: str
+) -> None:
+    found = EntryPoints([EntryPoint("mine", value, "tumtools.engines")])
+    monkeypatch.setattr("tumtools.batch.engines.entry_points", lambda group: found.select(group=group))
+    with pytest.raises(UsageError, match=f"the engine mine .{value}. cannot be started: {message}"):
+        create_engine("mine", EngineSettings())
+
+
+def test_engines_whose_name_is_taken_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    value = "tumtools.batch.engines.inline:InlineEngine"
+    names = ("inline", "mine", "mine")
+    found = EntryPoints([EntryPoint(name, value, "tumtools.engines") for name in names])
+    monkeypatch.setattr("tumtools.batch.engines.entry_points", lambda group: found.select(group=group))
+    told: list[str] = []
+    for name in ("inline", "mine"):
+        create_engine(name, EngineSettings(say=told.append))
+    assert [text.partition(";")[0] for text in told] == [
+        "the engine inline is that of tumtools",
+        f"the engine mine is {value}",
+    ]
+
+
+def test_what_is_waited_for_is_said_once(folder: Path) -> None:
+    plan = plan_of(folder)
+    store, task = open_store(plan.destination), plan.tasks[0]
+    owner = Owner("elsewhere 7", 42, 1)
+    claim = Claim(task.id, "theirs", 1, time.time() + 3, owner)
+    store.create(f".tumtools/claims/{task.id}.json", claim.encoded())
+    told: list[str] = []
+    options = RunOptions(lease=1.0, say=told.append)
+    outcomes = list(run(plan, chosen(plan, options), InlineEngine(EngineSettings()), options))
+    assert len(outcomes) == 3
+    until = time.strftime("%H:%M:%S", time.localtime(claim.expires))
+    (text,) = told
+    assert text.startswith(f"waiting for {task.output}: process 42 on elsewhere works on it; ")
+    assert text.endswith(f"its claim expires at {until}")
+
+
+@pytest.mark.parametrize("how", ["skip", "fail"])
+def test_an_older_output_of_what_is_not_converted_is_told(folder: Path, how: str) -> None:
+    plan = plan_of(folder, f'on_findings = "{how}"')
+    run_inline(plan)
+    assert not any(standing.stale for standing in status(plan))
+    (folder / "data/full/rgb.txt").write_text("# nothing\n0.5 rgb/nowhere.png\n")
+    run_inline(plan)
+    assert [standing.task.source.name for standing in status(plan) if standing.stale] == ["full"]
+    (folder / "out/full/full.mcap").unlink()
+    assert not any(standing.stale for standing in status(plan))
 
 
 def test_a_catalogue_sequence_that_is_not_there_says_how_to_get_it(

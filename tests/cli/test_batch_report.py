@@ -13,9 +13,10 @@ from click.testing import CliRunner
 
 from tests.batch.batches import FIXTURES
 from tumtools.batch.ledger import FAILED, Entry
-from tumtools.batch.task import WORKED, Outcome
-from tumtools.cli import batch_progress
+from tumtools.batch.task import WORKED, Job, Outcome, execute
+from tumtools.cli import batch_progress, main
 from tumtools.cli.main import cli
+from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -103,3 +104,54 @@ def test_a_log_is_told_now_and_then_where_the_batch_stands(
     told = capsys.readouterr().err.splitlines()
     assert told.count("failed: o.mcap: no; hint: none") == 3
     assert told.count("2 of 100 tasks, 2 failed, about 0:57:10 left") == 1
+
+
+def test_what_is_skipped_is_told_with_its_reason_and_what_is_left_of_it(folder: Path) -> None:
+    text = (folder / "m.toml").read_text()
+    (folder / "m.toml").write_text(f'on_findings = "skip"\n{text}')
+    call("plan", "m.toml", "-o", "p.json")
+    run()
+    (folder / "data/full/rgb.txt").write_text("# nothing\n0.5 rgb/nowhere.png\n")
+    for printed in (run(), run()):
+        assert "skipped: full/full.mcap: validation: " in printed
+    line = next(line for line in call("status", "p.json").splitlines() if "full.mcap" in line)
+    assert line.startswith("skipped: full/full.mcap: validation: ")
+    assert line.endswith("; an older output is there")
+
+
+def test_names_with_control_characters_stay_on_their_line(folder: Path) -> None:
+    (folder / "data" / "a\nb\x1b[1m").mkdir()
+    assert "a\\nb\\x1b[1m" in call("plan", "m.toml", "-o", "p.json")
+    for printed in (run(code=1), call("status", "p.json", code=1)):
+        assert "failed: a\\nb\\x1b[1m/a\\nb\\x1b[1m.mcap: " in printed
+
+
+def test_a_plan_is_not_written_to_a_file_called_minus(folder: Path) -> None:
+    with pytest.raises(UsageError, match="written to a file"):
+        call("plan", "m.toml", "-o", "-")
+    assert not (folder / "-").exists()
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_run_that_is_interrupted_tells_what_was_done(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], as_json: bool
+) -> None:
+    def interrupt(job: Job) -> Outcome:
+        if begun:
+            raise KeyboardInterrupt
+        begun.append(job)
+        return execute(job)
+
+    begun: list[Job] = []
+    monkeypatch.setattr("tumtools.batch.engines.inline.execute", interrupt)
+    call("plan", "m.toml", "-o", "p.json")
+    capsys.readouterr()
+    words = ["batch", "run", "p.json", "--engine", "inline", *(["--json"] if as_json else [])]
+    assert main.run(words) == 130
+    printed = capsys.readouterr()
+    if as_json:
+        document = json.loads(printed.out)
+        assert (document["interrupted"], document["counts"]["done"]) == (True, 1)
+    else:
+        assert "cut short after 1 of 4 tasks; `tumtools batch run PLAN` goes on" in printed.err
+        assert printed.out.splitlines()[-1].split()[:2] == ["all", "1"]

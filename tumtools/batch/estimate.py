@@ -113,7 +113,7 @@ def _opened(source: Source, targets: tuple[Target, ...]) -> list[Estimate]:
 
 def _unknown(source: Source, error: Exception) -> Estimate:
     """Say why a source cannot be looked at; one that will be fetched is no problem."""
-    text = str(error).replace("\n  hint: ", "; ").partition("\n")[0]
+    text = str(error).replace("\n  hint: ", "; ")
     if isinstance(error, MissingInputError) and source.uri.startswith(CATALOGUE):
         if source.fetch:
             return Estimate(bytes_in=_size_to_fetch(source.uri.removeprefix(CATALOGUE)))

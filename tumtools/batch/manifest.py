@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NoReturn, cast
 
 from tumtools.batch import schema
-from tumtools.batch.places import WEB_SCHEMES, check_place, is_remote
+from tumtools.batch.places import WEB_SCHEMES, check_place, clean_place, is_remote
 from tumtools.batch.toml_lines import Key, key_lines, line_of
 from tumtools.errors import InputError, MissingInputError, UsageError
 from tumtools.formats import registry
@@ -158,7 +158,7 @@ def read_manifest(path: Path) -> Manifest:
 
     """
     try:
-        text = path.read_bytes().decode("utf-8").replace("\r\n", "\n")
+        text = path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")  # some editors begin with a mark
     except FileNotFoundError:
         raise MissingInputError("there is no such manifest", path=path) from None
     except (OSError, UnicodeDecodeError) as error:
@@ -217,9 +217,11 @@ class _Reader:
         if len(given) != 1:
             found = " and ".join(given) or "none of them"
             self._fail(where, f"expected a path, a name or a filter (camera, category, kind), got {found}")
+        if "path" in table and "fetch" in table:
+            self._fail((*where, "fetch"), "fetch has no effect on a path; it is for names of the catalogue")
         name = table.get("name", ())
         return SourceSpec(
-            path=self._place(table["path"], (*where, "path")) if "path" in table else None,
+            path=self._place(table["path"], (*where, "path"), pattern=True) if "path" in table else None,
             names=(name,) if isinstance(name, str) else tuple(name),
             exclude=tuple(table.get("exclude", ())),
             line=self._line(where),
@@ -253,6 +255,8 @@ class _Reader:
             self._fail((*where, key), error.message.replace("--", ""), error.hint)
         if is_file:
             write["cameras"] = self._read_camera(write.pop("camera"), (*where, "camera"))
+        if "start" in table and "end" in table and schema.ends_before_it_starts(table["start"], table["end"]):
+            self._fail((*where, "end"), f"the end {table['end']} is before the start {table['start']}")
         suffixes = tuple(suffix.lstrip(".") for suffix in (entry.suffix, *entry.suffixes) if suffix)
         ext = table.get("ext", entry.suffix.lstrip(".") or entry.name)
         if "ext" in table and ext not in suffixes:
@@ -284,24 +288,22 @@ class _Reader:
         """Make a path absolute, from the folder of the manifest."""
         return os.path.normpath(self._path.absolute().parent / Path(text).expanduser())
 
-    def _place(self, text: str, where: Key) -> str:
+    def _place(self, text: str, where: Key, *, pattern: bool = False) -> str:
         """Make a path absolute, from the folder of the manifest; check a URL."""
-        problem = check_place(text)
+        problem = check_place(text, pattern=pattern)
         if problem:
             self._fail(where, problem)
-        if is_remote(text):
-            return text.rstrip("/")
-        return self._local(text)
+        return clean_place(text) if is_remote(text) else self._local(text)
 
     def _check(self, table: Mapping[str, schema.Rule], values: object, where: Key) -> None:
         if not isinstance(values, dict):
-            self._fail(where, f"expected a table, got {values!r}")
+            self._fail(where, f"expected a table, got {schema.words(values)}")
         for key, value in values.items():
             if key not in table:
                 self._fail((*where, key), f"unknown key {key!r}", schema.suggest(key, table))
             fits, expected = table[key]
             if not fits(value):
-                self._fail((*where, key), f"{key}: expected {expected}, got {value!r}")
+                self._fail((*where, key), f"{key}: expected {expected}, got {schema.words(value)}")
 
     def _line(self, key: Key) -> int:
         if self._lines is None:

@@ -26,6 +26,11 @@ class Owner:
     pid: int
     started: int
 
+    @property
+    def words(self) -> str:
+        """The process in a few words."""
+        return f"process {self.pid} on {self.host.partition(' ')[0] or 'an unknown machine'}"
+
     def is_dead(self) -> bool:
         """Whether the process is known to be gone; never for one of another machine."""
         if self.host != _host():

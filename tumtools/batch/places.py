@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 import os
+import re
 from typing import Final
 from urllib.parse import urlsplit
 
 STORE_SCHEMES: Final = ("s3", "gs", "az")
 WEB_SCHEMES: Final = ("http", "https")
 PATTERN_CHARACTERS: Final = "*?["
+_QUERY: Final = re.compile(r"\?[^/]*=")
 
 
 def is_remote(place: str) -> bool:
@@ -24,22 +26,41 @@ def is_pattern(place: str) -> bool:
     return any(character in place for character in PATTERN_CHARACTERS)
 
 
-def check_place(place: str) -> str | None:
-    """Return what is wrong with a place, or None; what it says never repeats a secret."""
+def check_place(place: str, *, pattern: bool = False) -> str | None:
+    """Return what is wrong with a place, or None; what it says never repeats a secret.
+
+    Args:
+        place: A path or URL.
+        pattern: Whether it may be a pattern.
+
+    """
+    if "\0" in place:
+        return "a name with a NUL character, which no system takes"
     scheme, colon, _ = place.partition("://")
     if not colon:
         return None
     if not is_remote(place):
         known = ", ".join(f"{name}://" for name in STORE_SCHEMES + WEB_SCHEMES)
         return f"no store has the scheme {scheme}:// (known: {known})"
-    parts = urlsplit(place)
+    try:
+        parts = urlsplit(place)
+    except ValueError:
+        return "a URL with a bucket or host that cannot be one"
     if parts.username is not None or parts.password is not None:
         return "a URL with a user or a password; credentials come from the environment only"
-    if "?" in place and scheme.lower() in WEB_SCHEMES:
+    # In a pattern of a store a question mark stands for a character, unless something is set behind it.
+    may_be_pattern = pattern and scheme.lower() in STORE_SCHEMES
+    if _QUERY.search(place) if may_be_pattern else "?" in place:
         return "a URL with a query, which may hold a signature; credentials come from the environment only"
     if not parts.netloc:
         return "a URL without a bucket or host"
     return None
+
+
+def clean_place(place: str) -> str:
+    """Return a URL as it is written everywhere."""
+    scheme, _, rest = place.partition("://")
+    return f"{scheme.lower()}://{rest.rstrip('/')}"
 
 
 def real_place(place: str) -> str:

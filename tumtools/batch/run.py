@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.claims import DEFAULT_LEASE, Claims
+from tumtools.batch.engines.engine import say_nothing
 from tumtools.batch.ledger import DONE, FAILED, SKIPPED, Ledger
 from tumtools.batch.places import is_remote
 from tumtools.batch.plan import by_id
@@ -24,7 +25,7 @@ from tumtools.errors import TumtoolsError
 from tumtools.staging import remove_stale
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Generator, Iterator
 
     from tumtools.batch.claims import Claim
     from tumtools.batch.engines.engine import Completed, Engine
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from tumtools.batch.plan import Plan, Task
 
 _LONGEST_PAUSE: Final = 2.0
+_LAST_SECOND: Final = 2.0**35
+"""Since 1970; what is later is no time of a day."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +48,7 @@ class RunOptions:
         lease: Seconds after which a claim that is not renewed expires.
         scratch: Folder for what is staged; None for the system's.
         full: Hash the outputs of tasks that are done, instead of looking at sizes and times.
+        say: Told, in a line, what a person who waits should know.
 
     """
 
@@ -54,6 +58,7 @@ class RunOptions:
     lease: float = DEFAULT_LEASE
     scratch: Path | None = None
     full: bool = False
+    say: Callable[[str], None] = say_nothing
 
 
 def chosen(plan: Plan, options: RunOptions) -> list[Task]:
@@ -73,7 +78,7 @@ def chosen(plan: Plan, options: RunOptions) -> list[Task]:
     return tasks
 
 
-def run(plan: Plan, tasks: list[Task], engine: Engine, options: RunOptions) -> Iterator[Outcome]:
+def run(plan: Plan, tasks: list[Task], engine: Engine, options: RunOptions) -> Generator[Outcome, None, None]:
     """Run tasks and yield what came of each, as they are done; the engine is shut down in the end.
 
     Args:
@@ -105,6 +110,7 @@ class _Runner:
         self._ledger = Ledger(self._store)
         self._claims = Claims(self._store, options.lease)
         self._since = time.time()
+        self._told: set[str] = set()
 
     def run(self, tasks: list[Task]) -> Iterator[Outcome]:
         queue = deque(self._job(task) for task in tasks)
@@ -118,6 +124,7 @@ class _Runner:
             queue = busy
             if queue:
                 # Another run, or a worker of another machine that is lost: its claim expires.
+                self._tell_of_claims(queue)
                 time.sleep(min(self._options.lease / 4, _LONGEST_PAUSE))
 
     def prepare(self) -> None:
@@ -140,6 +147,19 @@ class _Runner:
             for claim in self._claims.all():
                 if claim.owner.is_dead():
                     self._claims.remove_expired(claim.task)
+
+    def _tell_of_claims(self, jobs: deque[Job]) -> None:
+        """Say once of each claim of others what is waited for, and how long at most."""
+        for job in jobs:
+            claim = self._claims.read(job.task.id)
+            if claim is None or claim.token in self._told or claim.has_expired():
+                continue
+            self._told.add(claim.token)
+            until = time.strftime("%H:%M:%S", time.localtime(min(claim.expires, _LAST_SECOND)))
+            self._options.say(
+                f"waiting for {job.task.output}: {claim.owner.words} works on it; "
+                f"if that is lost, its claim expires at {until}"
+            )
 
     def _job(self, task: Task) -> Job:
         options = self._options

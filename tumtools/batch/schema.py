@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import string
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -18,6 +19,10 @@ Rule = tuple[Callable[[object], bool], str]
 """Whether a value fits, and what was expected."""
 
 VERSION: Final = 1
+_MOST_JOBS: Final = 256
+_LONGEST_TEXT: Final = 60
+_RELATIVE_NS: Final = 10**17
+"""What is less is counted from the first stamp; see `transform.parse_selection`."""
 TEMPLATE_FIELDS: Final = ("name", "parent", "ext", "format", "target", "camera")
 WRITE_KEYS: Final = tuple(
     name for name in WriteOptions.__dataclass_fields__ if name not in {"jobs", "cameras"}
@@ -71,7 +76,7 @@ ROOT: Final[Mapping[str, Rule]] = {
     "on_findings": _choice("warn", "skip", "fail"),
     "fail_on": _choice("error", "warning"),
     "digest": _FLAG,
-    "jobs": _COUNT,
+    "jobs": ((lambda value: type(value) is int and 1 <= value <= _MOST_JOBS), f"1 to {_MOST_JOBS}"),
     "source": (_is_tables, "one or more tables [[source]]"),
     "target": (_is_tables, "one or more tables [[target]]"),
 }
@@ -102,6 +107,27 @@ TARGET: Final[Mapping[str, Rule]] = {
         for name in WRITE_KEYS
     },
 }
+
+
+def words(value: object) -> str:
+    """Show a wrong value as a manifest has it, without what may be a secret."""
+    if isinstance(value, str):
+        shown = value.partition("?")[0] if "://" in value else value
+        shown = shown.rpartition("@")[2] if "://" in value else shown
+        return json.dumps(shown[:_LONGEST_TEXT], ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return str(value)[:_LONGEST_TEXT]
+    if isinstance(value, list | dict):
+        return "a list" if isinstance(value, list) else "a table"
+    return "a date or time"
+
+
+def ends_before_it_starts(start: str, end: str) -> bool:
+    """Whether a selection is empty whatever the recording: both are counted from its first stamp, or none."""
+    first, last = parse_stamp(start), parse_stamp(end)
+    return last < first and (abs(first) < _RELATIVE_NS) == (abs(last) < _RELATIVE_NS)
 
 
 def suggest(key: str, table: Mapping[str, Rule]) -> str:

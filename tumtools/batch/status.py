@@ -12,12 +12,14 @@ from tumtools.batch.claims import Claim, Claims
 from tumtools.batch.ledger import DONE, SKIPPED, Entry, Ledger
 from tumtools.batch.proof import prove
 from tumtools.batch.stores import open_store
+from tumtools.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
     from tumtools.batch.plan import Plan, Task
+    from tumtools.batch.stores.store import Store
 
 STATES: Final = ("done", "skipped", "failed", "running", "interrupted", "changed", "unknown", "pending")
 """`interrupted`: begun by a process that is gone; `changed`: done once, but the output or the source is no
@@ -36,6 +38,8 @@ class Standing:
         claim: Who works on it, if anybody.
         changed: Why it must be done again although it was done; else empty.
         unknown: Why that cannot be told; else empty.
+        stale: Whether something is there under the name of the output although the task failed or was
+            skipped: it is older.
 
     """
 
@@ -45,6 +49,7 @@ class Standing:
     claim: Claim | None = None
     changed: str = ""
     unknown: str = ""
+    stale: bool = False
 
 
 def status(plan: Plan, *, full: bool = False, scratch: Path | None = None) -> Iterator[Standing]:
@@ -71,14 +76,22 @@ def status(plan: Plan, *, full: bool = False, scratch: Path | None = None) -> It
         if entry is None:
             return Standing(task, "pending" if claim is None else "interrupted", None, claim)
         if entry.state not in {DONE, SKIPPED}:
-            return Standing(task, entry.state, entry)
+            return Standing(task, entry.state, entry, stale=_is_there(store, task))
         proof = prove(store, task, entry, full=full, scratch=scratch)
         state = entry.state
         if proof.disproof:
             state = "running" if working else "changed"
         elif proof.unknown:
             state = "unknown"
-        return Standing(task, state, entry, claim, proof.disproof, proof.unknown)
+        stale = state == SKIPPED and _is_there(store, task)
+        return Standing(task, state, entry, claim, proof.disproof, proof.unknown, stale)
 
     with ThreadPoolExecutor(_THREADS) as pool:
         yield from pool.map(stand, plan.tasks, entries)
+
+
+def _is_there(store: Store, task: Task) -> bool:
+    try:
+        return store.measure(task.output) is not None
+    except InputError:
+        return True  # and cannot be looked at

@@ -5,14 +5,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import click
 
-from tumtools.cli import batch_options, options
-
-if TYPE_CHECKING:
-    from tumtools.batch.engines.engine import EngineSettings
+from tumtools.cli import batch_options, options, output
+from tumtools.errors import TumtoolsError, UsageError
 
 EXIT_FAILED: Final = 1
 
@@ -36,6 +34,8 @@ def plan_command(manifest: str, plan_file: str, as_json: bool) -> None:
     from tumtools.batch.plan_file import write_plan
     from tumtools.cli.batch_plan_report import print_plan
 
+    if plan_file == "-":
+        raise UsageError("-o: a plan is written to a file", hint="-o plan.json")
     plan = make_plan(read_manifest(Path(manifest)))
     write_plan(plan, Path(plan_file))
     print_plan(plan, as_json=as_json)
@@ -68,7 +68,10 @@ def _run(
     as_json: bool,
     **settings: object,
 ) -> int:
+    from contextlib import closing
+
     from tumtools.batch.engines import create_engine
+    from tumtools.batch.engines.engine import EngineSettings
     from tumtools.batch.plan_file import read_plan
     from tumtools.batch.run import RunOptions, chosen, run
     from tumtools.batch.scratch import check_scratch
@@ -78,21 +81,20 @@ def _run(
     whole = read_plan(Path(plan))
     if scratch is not None and settings["address"] is None:  # else it is on other machines
         check_scratch(scratch)
-    run_options = RunOptions(retry, claim, shard, lease, scratch, full)
+    run_options = RunOptions(retry, claim, shard, lease, scratch, full, output.message)
     tasks = chosen(whole, run_options)
     report = Report(whole)
-    with batch_progress(tasks) as progress:
-        for outcome in run(whole, tasks, create_engine(engine, _settings(settings)), run_options):
-            report.add(outcome)
-            progress(outcome)
+    started = create_engine(engine, EngineSettings(**settings, say=output.message))  # type: ignore[arg-type]  # click has checked the types
+    try:
+        with batch_progress(tasks) as progress, closing(run(whole, tasks, started, run_options)) as outcomes:
+            for outcome in outcomes:
+                report.add(outcome)
+                progress(outcome)
+    except (KeyboardInterrupt, TumtoolsError):
+        report.show(as_json=as_json, of=len(tasks))
+        raise
     report.show(as_json=as_json)
     return EXIT_FAILED if report.failed else 0
-
-
-def _settings(values: dict[str, object]) -> EngineSettings:
-    from tumtools.batch.engines.engine import EngineSettings
-
-    return EngineSettings(**values)  # type: ignore[arg-type]  # click has checked the types
 
 
 @command.command(name="status")

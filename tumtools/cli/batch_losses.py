@@ -45,4 +45,4 @@ def print_losses(losses: list[TargetLoss]) -> None:
 
 def _names(outputs: tuple[str, ...]) -> str:
     more = f" and {len(outputs) - 1} more" if len(outputs) > 1 else ""
-    return f"{outputs[0]}{more}"
+    return output.one_line(f"{outputs[0]}{more}")

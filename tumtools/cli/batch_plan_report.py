@@ -55,7 +55,7 @@ def print_plan(plan: Plan, *, as_json: bool) -> None:
         )
     told = list(dict.fromkeys(task.problem for task in problems))
     for text in told[:_MOST_PROBLEMS]:
-        output.warning(f"will fail unless mended: {text}")
+        output.warning(output.one_line(f"will fail unless mended: {text}"))
     if len(told) > _MOST_PROBLEMS:
         output.warning(f"and {len(told) - _MOST_PROBLEMS} more; --json tells all")
     if losses:

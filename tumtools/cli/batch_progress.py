@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from datetime import timedelta
 from typing import TYPE_CHECKING, Final
 
-from tumtools.batch.ledger import FAILED
+from tumtools.batch.ledger import FAILED, SKIPPED
 from tumtools.cli import output
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _SAY_SECONDS: Final = 60.0
 
 @contextmanager
 def batch_progress(tasks: list[Task]) -> Iterator[Callable[[Outcome], None]]:
-    """Show tasks, bytes and time left while stderr is a terminal; say what fails as it does."""
+    """Show tasks, bytes and time left while stderr is a terminal; say what fails or is skipped."""
     sizes = {task.id: task.bytes_in for task in tasks}
     total, done = sum(sizes.values()), 0
     if output.verbosity < 0 or not sys.stderr.isatty() or not tasks:
@@ -43,13 +43,13 @@ def batch_progress(tasks: list[Task]) -> Iterator[Callable[[Outcome], None]]:
             if total:
                 bar.set_postfix_str(f"{output.size(done)} of {output.size(total)}", refresh=False)
             bar.update()
-            _say_failure(outcome, lambda text: tqdm.write(text, file=sys.stderr))
+            _say_why(outcome, lambda text: tqdm.write(text, file=sys.stderr))
 
         yield advance
 
 
 class _Lines:
-    """For logs: each failure, and where the batch stands now and then."""
+    """For logs: what fails or is skipped, and where the batch stands now and then."""
 
     def __init__(self, total: int) -> None:
         self._total = total
@@ -57,7 +57,7 @@ class _Lines:
         self._begin = self._said = time.monotonic()
 
     def __call__(self, outcome: Outcome) -> None:
-        _say_failure(outcome, output.message)
+        _say_why(outcome, output.message)
         self._counts["failed" if outcome.entry and outcome.entry.state == FAILED else "well"] += 1
         now, done = time.monotonic(), self._counts.total()
         if now - self._said >= _SAY_SECONDS and done < self._total:
@@ -73,10 +73,11 @@ def reason(entry: Entry) -> str:
     """Return in one line why a task failed or was skipped."""
     if entry.bug:
         return f"{entry.reason.partition(chr(10))[0]} (a bug of tumtools; status --json has the trace)"
-    return "; ".join(line.strip() for line in entry.reason.splitlines())
+    return output.one_line(entry.reason.replace("\n  hint: ", "; hint: "))
 
 
-def _say_failure(outcome: Outcome, say: Callable[[str], None]) -> None:
+def _say_why(outcome: Outcome, say: Callable[[str], None]) -> None:
+    """Say why there is no output."""
     entry = outcome.entry
-    if entry is not None and entry.state == FAILED:
-        say(f"failed: {entry.output}: {reason(entry)}")
+    if entry is not None and entry.state in {FAILED, SKIPPED}:
+        say(output.one_line(f"{entry.state}: {entry.output}: {reason(entry)}"))

@@ -44,8 +44,14 @@ class Report:
         self._counts[self._tasks[outcome.task].target.label, state] += 1
         self._entries[outcome.task] = state, outcome.entry
 
-    def show(self, *, as_json: bool) -> None:
-        """Print the table and what was lost, or the whole as JSON."""
+    def show(self, *, as_json: bool, of: int | None = None) -> None:
+        """Print the table and what was lost, or the whole as JSON.
+
+        Args:
+            as_json: Which.
+            of: Of how many tasks, where the run was cut short.
+
+        """
         losses = sum_up(
             (self._tasks[task], self._entries[task][1]) for task in self._tasks if task in self._entries
         )
@@ -65,11 +71,19 @@ class Report:
                 {
                     "counts": {state: self._total(state) for state in _COUNTS},
                     "failed": self.failed,
+                    "interrupted": of is not None,
                     "losses": losses_document(losses),
                     "tasks": documents,
                 }
             )
             return
+        if of is not None:
+            output.message(
+                f"cut short after {len(self._entries)} of {of} tasks; "
+                "`tumtools batch run PLAN` goes on with what is not done"
+            )
+            if not self._counts:
+                return
         if not self._counts:
             output.message("nothing to do")
             return

@@ -49,15 +49,18 @@ def print_status(standings: list[Standing], *, as_json: bool) -> None:
     for standing in standings:
         if standing.state in _TOLD:
             why = _why(standing)
-            click.echo(f"{standing.state}: {standing.task.output}{f': {why}' if why else ''}")
+            click.echo(
+                output.one_line(f"{standing.state}: {standing.task.output}{f': {why}' if why else ''}")
+            )
 
 
 def _why(standing: Standing) -> str:
     if standing.claim is not None and standing.state in {"running", "interrupted"}:
-        return f"on {standing.claim.owner.host.partition(' ')[0]}, process {standing.claim.owner.pid}"
+        return standing.claim.owner.words
     if standing.changed or standing.unknown:
         return standing.changed or standing.unknown
-    return reason(standing.entry) if standing.entry is not None else ""
+    why = reason(standing.entry) if standing.entry is not None else ""
+    return f"{why}; an older output is there" if standing.stale else why
 
 
 def _document(standing: Standing) -> dict[str, object]:
@@ -69,5 +72,6 @@ def _document(standing: Standing) -> dict[str, object]:
         "state": standing.state,
         "changed": standing.changed,
         "unknown": standing.unknown,
+        "stale": standing.stale,
         "entry": None if standing.entry is None else document(standing.entry),
     }

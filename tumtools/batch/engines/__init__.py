@@ -8,10 +8,11 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Final, cast
 
-from tumtools.errors import UsageError
+from tumtools.errors import TumtoolsError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from importlib.metadata import EntryPoint
 
     from tumtools.batch.engines.engine import Engine, EngineSettings
 
@@ -28,15 +29,38 @@ def create_engine(name: str, settings: EngineSettings) -> Engine:
     """Start an engine.
 
     Raises:
-        UsageError: There is none of that name, or what it needs is not installed.
+        UsageError: There is none of that name, what it needs is not installed, or it cannot be started.
 
     """
+    others = entry_points(group=GROUP)
+    same = [entry for entry in others if entry.name == name]
     if name in ENGINES:
         module, attribute = ENGINES[name]
+        for entry in same:
+            settings.say(f"the engine {name} is that of tumtools; {_words(entry)} is not used")
         factory = getattr(import_module(module), attribute)
         return cast("Callable[[EngineSettings], Engine]", factory)(settings)
-    others = entry_points(group=GROUP)
-    if name not in others.names:
+    if not same:
         known = ", ".join([*ENGINES, *sorted(others.names)])
         raise UsageError(f"no engine {name!r}", hint=f"engines: {known}")
-    return cast("Callable[[EngineSettings], Engine]", others[name].load())(settings)
+    for entry in same[1:]:
+        settings.say(f"the engine {name} is {_words(same[0])}; {_words(entry)} is not used")
+    return _start(same[0], settings)
+
+
+def _start(entry: EntryPoint, settings: EngineSettings) -> Engine:
+    """Start an engine of others; whatever goes wrong is theirs, and their name is told."""
+    try:
+        return cast("Callable[[EngineSettings], Engine]", entry.load())(settings)
+    except TumtoolsError:
+        raise
+    except Exception as error:
+        raise UsageError(
+            f"the engine {entry.name} ({_words(entry)}) cannot be started: {type(error).__name__}: {error}",
+            hint="ask those who made it, or choose another with --engine",
+        ) from error
+
+
+def _words(entry: EntryPoint) -> str:
+    """Name an entry point and the package that it is of."""
+    return f"{entry.value} of {entry.dist.name}" if entry.dist is not None else entry.value

@@ -7,12 +7,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from tumtools.errors import UsageError
+from tumtools.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from tumtools.batch.task import Job, Outcome
+
+
+def say_nothing(text: str) -> None:
+    """Nobody listens."""
+    del text
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +29,7 @@ class EngineSettings:
         address: Of a scheduler that runs already.
         timeout: Seconds that a task may take; None for no limit.
         memory_limit: Bytes that a worker may have; None for no limit.
+        say: Told, in a line, what a person who waits should know.
 
     """
 
@@ -31,6 +37,7 @@ class EngineSettings:
     address: str | None = None
     timeout: float | None = None
     memory_limit: int | None = None
+    say: Callable[[str], None] = say_nothing
 
 
 def refuse_address(settings: EngineSettings) -> None:
@@ -42,6 +49,10 @@ def refuse_address(settings: EngineSettings) -> None:
     """
     if settings.address is not None:
         raise UsageError("--address is for a scheduler of dask", hint="add --engine dask")
+
+
+class EngineLostError(OutputError):
+    """What runs the jobs is gone, and not for something that a job did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +89,10 @@ class Engine(Protocol):
         """Yield each submitted job when it is done, in any order; end when there is none left.
 
         More jobs may be submitted between two of them.
+
+        Raises:
+            EngineLostError: The engine itself is gone; what it was given is left as it is.
+
         """
 
     def shutdown(self) -> None:

@@ -16,6 +16,7 @@ from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any, Final
 
 from tumtools.batch.engines.engine import Completed, EngineSettings, refuse_address
+from tumtools.batch.engines.interrupts import children_undisturbed
 from tumtools.batch.engines.worker import work
 from tumtools.batch.task import Outcome
 from tumtools.errors import UsageError
@@ -108,13 +109,8 @@ class LocalEngine:
     def _start(self) -> _Worker:
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=work, args=(theirs, self._settings.memory_limit), daemon=True)
-        # Blocked signals are inherited: a Ctrl-C while it starts must not print its traceback.
-        signals = {signal.SIGINT, signal.SIGTERM}
-        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-        try:
+        with children_undisturbed():
             process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         theirs.close()
         worker = _Worker(process, ours)
         self._workers.append(worker)

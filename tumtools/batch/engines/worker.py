@@ -7,13 +7,16 @@ from __future__ import annotations
 import resource
 import signal
 import sys
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from tumtools.batch.task import execute
 from tumtools.errors import TumtoolsError
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
+    from sys import UnraisableHookArgs
+
+_SOON_SECONDS: Final = 0.01
 
 
 def work(connection: Connection[Any, Any], memory_limit: int | None) -> None:
@@ -21,6 +24,7 @@ def work(connection: Connection[Any, Any], memory_limit: int | None) -> None:
     # Ctrl-C goes to the whole process group; the parent decides, and asks to end with SIGTERM.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
+    sys.unraisablehook = _end_again
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
     if memory_limit is not None:
         # Data, not address space: mapped files and reserved stacks are no memory.
@@ -46,3 +50,12 @@ def work(connection: Connection[Any, Any], memory_limit: int | None) -> None:
 def _end(number: int, frame: object) -> NoReturn:
     del number, frame
     sys.exit(1)
+
+
+def _end_again(unraisable: UnraisableHookArgs) -> None:
+    """End where the end came to something that lets no exception out, such as a generator that is closed."""
+    if unraisable.exc_type is not SystemExit:
+        sys.__unraisablehook__(unraisable)
+        return
+    signal.signal(signal.SIGALRM, _end)
+    signal.setitimer(signal.ITIMER_REAL, _SOON_SECONDS)

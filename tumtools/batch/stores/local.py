@@ -114,10 +114,12 @@ class LocalStore:
             new.replace(path)
             if durable:
                 fsync(path.parent)
-        except OSError as error:
+        except BaseException as error:
             with suppress(OSError):
                 new.unlink()
-            raise OutputError(f"cannot be written: {error.strerror}", path=path) from error
+            if isinstance(error, OSError):
+                raise OutputError(f"cannot be written: {error.strerror}", path=path) from error
+            raise
 
 
 def _cause(error: OSError) -> str:

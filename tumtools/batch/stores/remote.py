@@ -7,7 +7,6 @@ Transfers are retried by obstore, uploads of large files go in parts, and S3 is 
 
 from __future__ import annotations
 
-import re
 import uuid
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from tumtools.batch.places import STORE_SCHEMES, WEB_SCHEMES, is_pattern, last_name
 from tumtools.batch.scratch import scratch_errors, scratch_folder
+from tumtools.batch.stores.answers import first_line, store_error
 from tumtools.batch.tree import sha256_of, summary, walk
 from tumtools.errors import (
     FetchError,
@@ -70,7 +70,7 @@ def _open(url: str) -> ObjectStore:
         options = {"allow_http": True} if scheme == "http" else None
         return from_url(url, client_options=options, retry_config=_RETRIES)  # type: ignore[arg-type]  # a TypedDict
     except (BaseError, ValueError) as error:
-        raise FetchError(f"cannot be opened: {_first_line(error)}", path=url) from error
+        raise store_error(url, error, "cannot be opened") from error
 
 
 class RemoteStore:
@@ -89,11 +89,12 @@ class RemoteStore:
             self._try(name, lambda: obstore.delete(self._store, name))
         except (FetchError, MissingInputError) as error:
             cause = error.__cause__
-            why = _first_line(cause) if isinstance(cause, Exception) else error.message
+            words = first_line(cause) if isinstance(cause, Exception) else error.message
+            why = error.message if error.hint is not None else words
             raise OutputError(
                 f"the destination cannot be written to: {why}",
                 path=self._place,
-                hint="does the bucket exist, and are its credentials in the environment?",
+                hint=error.hint or "does the bucket exist, and are its credentials in the environment?",
             ) from error
 
     def read(self, name: str) -> bytes | None:
@@ -187,7 +188,7 @@ class RemoteStore:
         except (AlreadyExistsError, PreconditionError):
             return False
         except (BaseError, OSError) as error:
-            raise OutputError(_first_line(error), path=f"{self._place}/{name}") from error
+            raise OutputError(first_line(error), path=f"{self._place}/{name}") from error
         return True
 
     def _list(self, prefix: str) -> list[ObjectMeta]:
@@ -339,14 +340,4 @@ def _request(url: str, request: Callable[[], _Result]) -> _Result:
     except (NotFoundError, FileNotFoundError) as error:
         raise MissingInputError("there is nothing of that name", path=url) from error
     except (BaseError, OSError) as error:
-        raise FetchError(f"the store cannot be used: {_first_line(error)}", path=url) from error
-
-
-def _first_line(error: Exception) -> str:
-    """Say what a store answers, without what may be a secret."""
-    text = str(error)
-    code = re.search(r"<Code>(\w+)</Code>", text)
-    line = text.partition("\n")[0].partition("<")[0].rstrip(": ")
-    line = re.sub(r"//[^/\s]*@", "//...@", line)  # a user and a password
-    line = re.sub(r"\?[^\s:)]*", "?...", line)  # a signature
-    return line[:300] + (f" ({code[1]})" if code else "")
+        raise store_error(url, error, "the store cannot be used") from error

@@ -149,7 +149,7 @@ def test_an_empty_sequence_has_an_empty_plan() -> None:
 def test_the_converter_refuses_what_it_has_no_names_for() -> None:
     for stamps, reason in (
         ([], "scans only"),
-        ([FIRST, FIRST + 400], "two scans in one"),
+        ([FIRST, FIRST + 300], "two scans in one"),
         ([2**63 - 1], "the year 2262"),
     ):
         with pytest.raises(OutputError, match=reason):

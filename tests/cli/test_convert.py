@@ -27,6 +27,27 @@ def _stamps(path: Path) -> list[int]:
         return sequence.image_stamps("rgb").tolist()
 
 
+@pytest.mark.parametrize("name", ["mcap", "rosbag1", "rosbag2", "rawlog"])
+def test_a_salvage_of_a_cut_recording_is_not_lossless(
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = folder.parent / {"mcap": "x.mcap", "rosbag1": "x.bag"}.get(name, "x")
+    out = folder.parent / "out"
+    assert run(["convert", str(folder), str(path), "--to", name]) == 0
+    assert run(["convert", str(path), str(out), "--to", "tum", "--salvage", "--strict"]) == 0
+    shutil.rmtree(out)
+    (file,) = [path] if path.is_file() else (*path.glob("*.db3"), *path.glob("*.rawlog"))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 6 // 10])
+    for more in ([], ["--dry-run"]):
+        assert run(["convert", str(path), str(out), "--to", "tum", "--salvage", "--strict", *more]) == 3
+    assert not out.exists()
+    capsys.readouterr()
+    assert run(["convert", str(path), str(out), "--to", "tum", "--salvage", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["lossless"] is False
+    assert sum(loss["count"] for loss in document["losses"]) > 0
+
+
 def test_the_report_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "notes.md").write_text("hello")
     target = folder.parent / "full.mcap"

@@ -26,6 +26,8 @@ IMAGE_STREAMS: Final = ("rgb", "depth", "ir")
 SIGNAL_STREAMS: Final = ("accelerometer", "groundtruth")
 WHOLE_SEQUENCE: Final = "sequence"
 """Stands for a stream where a loss concerns them all: the name, the licence."""
+RECORDING: Final = "recording"
+"""Stands for a stream where a loss concerns a whole file, and what of it is not known."""
 LEFT_OUT: Final = "left out as damaged"
 """What a loss says of all that a salvage passes over."""
 STREAMS: Final = IMAGE_STREAMS + SIGNAL_STREAMS

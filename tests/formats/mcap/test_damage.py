@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import zstandard
 
+from tests.formats.mcap.foreign import Foreign
 from tests.memory import SECOND, START, Memory, accelerometer, full, groundtruth
 from tumtools.convert import convert
 from tumtools.digest import digest
@@ -68,6 +69,7 @@ def test_a_file_cut_anywhere_names_the_offset(tmp_path: Path) -> None:
 
 def test_what_stands_before_the_cut_can_be_salvaged(tmp_path: Path) -> None:
     data = _ours(tmp_path / "whole.mcap")
+    data_end = data.rindex(bytes([Op.DATA_END]) + (4).to_bytes(8, "little"))
     path = tmp_path / "cut.mcap"
     counts = []
     for place in sorted(random.Random(2).sample(range(len(MAGIC), len(data)), 60)):
@@ -75,6 +77,8 @@ def test_what_stands_before_the_cut_can_be_salvaged(tmp_path: Path) -> None:
         with open_source(path, ReadOptions(salvage=True, lenient=True)) as sequence:
             frames = [pixels_of(frame.load()) for frame in sequence.images()]
             assert any("offset" in text for text in sequence.info.warnings)
+            told = {loss.what: loss.count for loss in sequence.info.not_carried}
+            assert told.get("end missing") == (1 if place < data_end + 13 else None)
             counts.append(len(frames))
     assert counts == sorted(counts)
     assert counts[0] == 0
@@ -100,6 +104,67 @@ def test_a_salvage_leaves_out_a_damaged_chunk_that_the_index_knows_nothing_of(
         assert any(f"offset {places[0]}" in text for text in found.info.warnings)
         for frame in found.images():
             pixels_of(frame.load())
+        lost = {loss.stream: loss.count for loss in found.info.not_carried}
+        assert {loss.what for loss in found.info.not_carried} == {"messages left out as damaged"}
+        assert lost["/camera/rgb/image_color"] == 3 - len(found.image_stamps("rgb"))
+        assert lost["/camera/depth/image"] == 3 - len(found.image_stamps("depth"))
+        assert sum(lost.values()) > 0
+
+
+@pytest.mark.parametrize("options", [{}, {"archive": True}, {"compression": "none"}])
+def test_a_salvage_of_a_sound_file_leaves_nothing_out(tmp_path: Path, options: dict[str, object]) -> None:
+    path = tmp_path / "x.mcap"
+    data = _ours(path, **options)
+    with open_source(path, ReadOptions(salvage=True)) as found:
+        assert (found.info.not_carried, found.info.warnings) == ((), ())
+    # Without a summary there is nothing to hold it against, nor is anything missing.
+    end = data.rindex(bytes([Op.DATA_END]) + (4).to_bytes(8, "little")) + 13
+    path.write_bytes(data[:end] + record(Op.FOOTER, bytes(20)) + MAGIC)
+    with open_source(path, ReadOptions(salvage=True)) as found:
+        assert (found.info.not_carried, found.info.warnings) == ((), ())
+
+
+def test_bytes_are_told_where_no_summary_counts_messages(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    data = bytearray(_ours(path))
+    place = McapFile(path).chunks[0].offset
+    size = int.from_bytes(data[place + 1 : place + 9], "little")
+    data[place + 9 + CHUNK_HEADER.size + 60] ^= 0xFF
+    end = data.rindex(bytes([Op.DATA_END]) + (4).to_bytes(8, "little")) + 13
+    path.write_bytes(data[:end] + record(Op.FOOTER, bytes(20)) + MAGIC)
+    with open_source(path, ReadOptions(salvage=True, lenient=True)) as found:
+        lost = {(loss.stream, loss.what): loss.count for loss in found.info.not_carried}
+    assert lost["recording", "bytes left out as damaged"] == size
+    assert ("recording", "end missing") not in lost
+
+
+def test_attachments_and_notes_of_others_behind_the_damage_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    with Foreign(path) as file:
+        for row in range(3):
+            file.image("/camera/image", START + row, row)
+        file.library.add_metadata("operator", {"a": "b"})
+        file.library.add_attachment(START, START, "calibration.yaml", "text/plain", b"x: 1")
+    data = bytearray(path.read_bytes())
+    at = data.index(b"\x08\0\0\0operator") - 9
+    data[at + 1 : at + 9] = b"\xff" * 8
+    path.write_bytes(data)
+    with open_source(path, ReadOptions(salvage=True)) as found:
+        assert [(loss.stream, loss.what, loss.count) for loss in found.info.not_carried] == [
+            ("/camera/image", "messages left out as damaged", 3),
+            ("attachments", "left out as damaged", 1),
+            ("metadata records", "left out as damaged", 1),
+        ]
+
+
+def test_messages_of_a_channel_that_is_nowhere_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    message = record(Op.MESSAGE, (7).to_bytes(2, "little") + bytes(20) + b"hello")
+    head = record(Op.HEADER, string("ros2"), string("somebody"))
+    path.write_bytes(MAGIC + head + message * 2 + record(Op.FOOTER, bytes(20)) + MAGIC)
+    with open_source(path) as found:
+        (loss,) = found.info.not_carried
+        assert (loss.what, loss.count) == ("messages of unknown channels not carried over", 2)
 
 
 def test_a_salvage_uses_what_stands_before_the_damage_in_a_chunk_without_a_checksum(tmp_path: Path) -> None:

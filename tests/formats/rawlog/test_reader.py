@@ -148,12 +148,15 @@ def test_distances_along_the_ray_are_warned_of(tmp_path: Path) -> None:
         assert "1 depth images hold distances along the ray" in sequence.info.warnings[0]
 
 
-def test_observations_without_a_time_are_left_out_and_warned_of(tmp_path: Path) -> None:
+def test_observations_without_a_time_are_left_out_and_told(tmp_path: Path) -> None:
     path = save(tmp_path / "a.rawlog", scan(0, **with_depth(COUNTS)), scan(**with_depth(COUNTS)), imu(0))
     with opened(path) as sequence:
         assert sequence.info.images["depth"].count == 1
         assert sequence.accelerometer is None
-        assert any("2 observations have no time" in text for text in sequence.info.warnings)
+        assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
+            ("CAM", "observations without a time", 1),
+            ("IMU", "observations without a time", 1),
+        ]
 
 
 def test_a_time_beyond_the_range_is_damage(tmp_path: Path) -> None:
@@ -216,6 +219,9 @@ def test_a_damaged_file_is_refused_or_read_up_to_the_damage(tmp_path: Path) -> N
     with opened(path, salvage=True) as sequence:
         assert names_of(sequence) == {"depth": [(STAMP, 0)]}
         assert "what is before it (2 objects) is read" in sequence.info.warnings[0]
+        (loss,) = sequence.info.not_carried
+        assert (loss.stream, loss.what, loss.count) == ("recording", "end missing", 1)
+        assert "offset" in loss.why
 
 
 def test_an_unknown_class_ends_the_reading_with_what_is_before_it(tmp_path: Path) -> None:

@@ -83,7 +83,6 @@ def contents(found: Survey) -> dict[str, object]:
             for label, rows in found.accelerations.items()
         },
         "not carried": found.not_carried,
-        "timeless": found.timeless,
         "damage": str(found.damage),
     }
 

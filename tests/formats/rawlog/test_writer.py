@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 
 from tests.formats.rawlog import made
 from tests.formats.rawlog.made import FIRST, FRAME_NS, Made, names_of, opened, written
-from tumtools.convert import convert
+from tumtools.convert import ConvertOptions, convert
 from tumtools.digest import digest
-from tumtools.errors import OutputError, UsageError
+from tumtools.errors import LossRefusedError, OutputError, UsageError
 from tumtools.formats.metadata import Metadata
 from tumtools.formats.options import ReadOptions, WriteOptions, no_progress
 from tumtools.formats.rawlog import store, writer
@@ -292,6 +292,26 @@ def test_images_of_several_sizes_have_calibrations_of_their_own_that_are_no_chan
     images = [(FIRST, made.colour(0)), (FIRST + FRAME_NS, made.colour(1, 16, 12))]
     with opened(written(made.Made({"rgb": images}, camera="fr1"), tmp_path)) as sequence:
         assert (sequence.info.not_carried, sequence.info.warnings) == ((), ())
+
+
+def test_a_salvage_tells_how_many_rows_of_each_stream_it_leaves_out(tmp_path: Path) -> None:
+    source = made.typical()
+    path = written(source, tmp_path, compression="none")
+    data = path.read_bytes()
+    with opened(path, salvage=True) as sequence:
+        assert (sequence.info.not_carried, sequence.info.warnings) == ((), ())
+    assert source.accelerometer is not None
+    for share in (0.3, 0.6, 0.9):
+        path.write_bytes(data[: int(share * len(data))])
+        with opened(path, salvage=True) as sequence:
+            told = {loss.stream: loss.count for loss in sequence.info.not_carried}
+            found = {stream: len(sequence.image_stamps(stream)) for stream in ("rgb", "depth")}
+            found["accelerometer"] = 0 if sequence.accelerometer is None else len(sequence.accelerometer)
+        whole = {"rgb": 3, "depth": 3, "accelerometer": len(source.accelerometer)}
+        assert told == {name: whole[name] - found[name] for name in whole if whole[name] > found[name]}
+        assert told
+        with opened(path, salvage=True) as sequence, pytest.raises(LossRefusedError):
+            convert(sequence, tmp_path / "y", "tum", options=ConvertOptions(strict=True))
 
 
 def test_a_comment_of_others_beside_ours_is_told_and_does_no_harm(tmp_path: Path) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 import struct
+from collections import Counter
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 import pytest
@@ -101,6 +103,81 @@ def test_a_damaged_chunk_is_an_error_and_the_others_are_salvaged(tmp_path: Path,
     found = read(path, salvage=True)
     assert 0 < len(found) < len(messages)
     assert set(found) < set(plain(messages))
+
+
+def told(path: Path) -> dict[tuple[str, str], int]:
+    """Return what a salvage tells that it leaves out."""
+    with closing(BagRecording(path, salvage=True)) as bag:
+        assert all(loss.why for loss in bag.left_out)
+        return {(loss.stream, loss.what): loss.count for loss in bag.left_out}
+
+
+def index_at(bag: bytes) -> int:
+    return int.from_bytes(bag[INDEX_POSITION], "little")
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_a_salvage_tells_what_it_leaves_out_wherever_a_bag_was_cut(tmp_path: Path, compression: str) -> None:
+    messages = some_messages(60)
+    bag = bag_bytes(messages, compression)
+    path = tmp_path / "a.bag"
+    places = random.Random(3).sample(range(5000, len(bag)), 40)
+    for place in (*places, index_at(bag), len(bag) - 1, len(bag)):
+        path.write_bytes(bag[:place])
+        is_whole = read(path, salvage=True) == plain(messages)
+        assert bool(told(path)) == (not is_whole or place < index_at(bag)), place
+        if place < index_at(bag):
+            assert told(path)["recording", "bytes missing at its end"] == index_at(bag) - place
+
+
+def test_a_cut_between_two_records_is_told(tmp_path: Path) -> None:
+    """Nothing is damaged there: only the header knows that the file goes on."""
+    bag = bag_bytes(some_messages(300))
+    path = tmp_path / "a.bag"
+    with closing(BagRecording(_written(path, bag))) as whole:
+        second = whole._index.chunks[1].offset
+    missing = {("recording", "bytes missing at its end"): index_at(bag) - second}
+    assert told(_written(path, bag[:second])) == missing
+
+
+def _written(path: Path, data: bytes) -> Path:
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+def test_the_index_tells_how_many_messages_of_each_topic_were_in_a_damaged_chunk(
+    tmp_path: Path, compression: str
+) -> None:
+    messages = some_messages(200)
+    bag = bytearray(bag_bytes(messages, compression))
+    bag[bag.index(b"compression=" + compression.encode()) + 300] ^= 1
+    path = _written(tmp_path / "a.bag", bytes(bag))
+    lost = Counter(topic for topic, _, _ in plain(messages))
+    lost.subtract(topic for topic, _, _ in read(path, salvage=True))
+    assert sum(lost.values()) > 10
+    assert told(path) == {(topic, "messages left out as damaged"): count for topic, count in lost.items()}
+    # Without it the bytes of the chunk are told, and messages whose connection was described there.
+    unindexed = without_index(bytes(bag))
+    told_of_part = told(_written(path, unindexed))
+    assert told_of_part["recording", "bytes left out as damaged"] > 1000
+    assert told_of_part["recording", "messages left out as damaged"] == len(messages) - sum(lost.values())
+    headless = unindexed.replace(b"index_pos", b"index_poz")
+    assert told(_written(path, headless)) == told_of_part | {("recording", "header left out as damaged"): 1}
+
+
+def test_messages_of_a_connection_that_is_lost_are_told(tmp_path: Path) -> None:
+    bag = bag_bytes(SMALL, "none")
+    damaged = without_index(bag).replace(b"\4\0\0\0op=\7", b"\4\0\0\0op=\4", 1)
+    found = told(_written(tmp_path / "a.bag", damaged))
+    assert found["recording", "messages left out as damaged"] == 8
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_a_salvage_of_a_sound_bag_leaves_nothing_out(tmp_path: Path, compression: str) -> None:
+    path = tmp_path / "a.bag"
+    for bag in (bag_bytes(SMALL, compression), without_index(bag_bytes(SMALL, compression))):
+        assert told(_written(path, bag)) == {}
 
 
 def try_to_read(path: Path, *, salvage: bool) -> str:

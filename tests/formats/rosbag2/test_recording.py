@@ -7,6 +7,7 @@ from __future__ import annotations
 import random
 import shutil
 import sqlite3
+from collections import Counter
 from contextlib import closing, suppress
 from typing import TYPE_CHECKING
 
@@ -296,6 +297,49 @@ def test_what_comes_before_a_cut_is_salvaged(tmp_path: Path) -> None:
     assert 50 < len(found) < 400
     assert found == some_messages(0, 400)[: len(found)]
     assert any("only the" in text for text in Rosbag2Recording(folder, salvage=True).warnings)
+    lost = Counter(topic for topic, _, _ in some_messages(0, 400)[len(found) :])
+    assert left_out(folder) == {
+        (topic, "messages left out as damaged"): count for topic, count in lost.items()
+    }
+    # The file by itself does not say how many there should be.
+    assert left_out(folder / "bag.db3")["recording", "messages behind the damage left out as damaged"] == 1
+
+
+def left_out(path: Path) -> dict[tuple[str, str], int]:
+    """Return what a salvage tells that it leaves out."""
+    with closing(Rosbag2Recording(path, salvage=True)) as recording:
+        assert all(loss.why for loss in recording.left_out)
+        return {(loss.stream, loss.what): loss.count for loss in recording.left_out}
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_salvage_tells_the_messages_of_files_that_cannot_be_read(tmp_path: Path, storage: str) -> None:
+    parts = [write(tmp_path / str(n), some_messages(30 * n), storage) for n in range(3)]
+    folder = join(tmp_path / "all", *parts)
+    topics = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    listed = topics["topics_with_message_count"]
+    edit(folder, topics_with_message_count=[topic | {"message_count": 45} for topic in listed])
+    assert left_out(folder) == {}
+    next(folder.glob("part_1*")).write_bytes(b"nothing of the sort")
+    assert left_out(folder) == {(f"/topic{n}", "messages left out as damaged"): 30 for n in range(2)}
+    edit(folder, topics_with_message_count=[])
+    assert left_out(folder) == {("recording", "files left out as damaged"): 2}
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+@pytest.mark.parametrize("mode", ["none", "file", "message"])
+def test_a_salvage_of_a_sound_recording_leaves_nothing_out(tmp_path: Path, storage: str, mode: str) -> None:
+    if (storage, mode) != ("mcap", "file"):
+        assert left_out(write(tmp_path / "bag", some_messages(), storage, mode)) == {}
+
+
+def test_messages_of_a_topic_that_is_not_listed_are_told(tmp_path: Path) -> None:
+    folder = write(tmp_path / "bag", some_messages())
+    with closing(sqlite3.connect(folder / "bag.db3")) as database:
+        database.execute("DELETE FROM topics WHERE name = '/topic1'")
+        database.commit()
+    assert left_out(folder) == {("/topic1", "messages left out as damaged"): 15}
+    assert left_out(folder / "bag.db3") == {("recording", "messages left out as damaged"): 15}
 
 
 @pytest.mark.parametrize("mode", ["none", "file", "message"])

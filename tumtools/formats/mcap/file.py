@@ -7,14 +7,12 @@ from __future__ import annotations
 import mmap
 import struct
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import lz4.frame
-import zstandard
 from isal import isal_zlib
 
 from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.formats.mcap.passed_over import PassedOver
 from tumtools.formats.mcap.records import (
     CHUNK_HEADER,
     FOOTER,
@@ -25,6 +23,8 @@ from tumtools.formats.mcap.records import (
     Fields,
     Op,
 )
+from tumtools.formats.mcap.structure import ChunkPlace, RawChannel, Schema
+from tumtools.formats.mcap.unpack import COMPRESSIONS, unpack
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 from tumtools.formats.ros.pages import Pages
 
@@ -45,39 +45,6 @@ _DAMAGED: Final = "the file is damaged; get it again, or leave this chunk out wi
 _CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
 
 
-@dataclass(frozen=True, slots=True)
-class Schema:
-    """A message type."""
-
-    name: str
-    encoding: str
-    definition: str
-
-
-@dataclass(frozen=True, slots=True)
-class RawChannel:
-    """A topic; `schema` is the number of its schema, 0 for none."""
-
-    schema: int
-    topic: str
-    encoding: str
-    extra: Mapping[str, str]
-
-
-@dataclass(frozen=True, slots=True)
-class ChunkPlace:
-    """Where a chunk is.
-
-    Attributes:
-        offset: Of its record.
-        index: Channel -> offset of its message index; empty if the chunk has none.
-
-    """
-
-    offset: int
-    index: Mapping[int, int]
-
-
 class McapFile:
     """The records of a MCAP file, apart from the messages.
 
@@ -94,8 +61,9 @@ class McapFile:
         counts: Messages of each channel, if the file has statistics.
         scanned: Channel -> (log time, chunk, offset) of each message; only if there was no index.
         notes: The metadata records named `tumtools` and `tumtools.digest`, as far as they are there.
-        other_notes: How many metadata records there are of each other name.
+        other_notes: How many metadata records there are besides, by name.
         attachments: How many there are.
+        passed_over: What has been left out of a file that is salvaged.
         warnings: What was wrong and has been passed over.
 
     Raises:
@@ -118,12 +86,17 @@ class McapFile:
         self._salvage = salvage
         self.warnings: list[str] = []
         self.notes: dict[str, Mapping[str, str]] = {}
+        self._notes_at: dict[str, int] = {}
+        self.passed_over = PassedOver()
         self._start_again()
         if bytes(self.data[: len(MAGIC)]) != MAGIC:
             raise self.error("not a MCAP file", 0)
         try:
             # An index tells nothing of damage inside of a chunk, so a salvage reads them all.
-            if not self._read_summary() or self._salvage:
+            is_complete = self._read_summary()
+            if self._salvage:
+                self._scan_beyond_the_summary()
+            elif not is_complete:
                 self._scan()
         except InputError as error:
             self.read_without_index(error)
@@ -238,31 +211,47 @@ class McapFile:
             and self._side_records == (self.attachments, self._metadata_records)
         )
 
+    def _scan_beyond_the_summary(self) -> None:
+        """Read all records, and keep what the summary says of those that cannot be read."""
+        channels, schemas = self.channels, self.schemas
+        self.passed_over.promise(self.counts, self.attachments, self._metadata_records)
+        self._scan()
+        self.channels, self.schemas = channels | self.channels, schemas | self.schemas
+
     def _scan(self) -> None:
         """Read all records of the data section, in order, for want of an index."""
         offset, end = len(MAGIC), len(self.data)
         self._start_again()
         while offset < end:
-            op = 0
             try:
                 op, content, following = self.record(offset, end)
                 if op in {Op.FOOTER, Op.DATA_END}:
                     return
                 if op == Op.CHUNK:
-                    self._scan_chunk(offset)
+                    self._scan_chunk(offset, len(content))
                 elif op == Op.MESSAGE:
                     self.pages.read(offset, following - offset)
                     self._note_loose(content, offset)
                 else:
                     self._take_record(op, content, offset)
             except InputError as error:
-                if not self._salvage:
-                    raise
-                if op != Op.CHUNK:
-                    self.warnings.append(f"{self._told(error)}; what stands before is used")
-                    return
-                self.warnings.append(f"{self._told(error)}; the rest of this chunk is left out")
+                self._pass_over(error, end - offset, "what stands before is used")
+                self.passed_over.is_cut = bytes(self.data[-len(MAGIC) :]) != MAGIC
+                return
             offset = following
+        self.passed_over.is_cut = True
+
+    def _pass_over(self, error: InputError, nbytes: int, what_is_done: str) -> None:
+        """Leave out so many bytes, if that was asked for.
+
+        Raises:
+            InputError: The one given, unless the file is to be salvaged.
+
+        """
+        if not self._salvage:
+            raise error
+        self.warnings.append(f"{self._told(error)}; {what_is_done}")
+        self.passed_over.add(error, nbytes)
 
     def _take_record(self, op: int, content: memoryview, offset: int) -> None:
         fields = Fields(content, offset + RECORD_HEADER.size, self.path)
@@ -304,15 +293,19 @@ class McapFile:
         fields = Fields(content, offset + RECORD_HEADER.size, self.path)
         name = fields.string()
         if name in _NOTES:
-            self.notes[name] = fields.string_map()
+            if self._notes_at.setdefault(name, offset) == offset:
+                self.notes[name] = fields.string_map()
+            else:
+                self.other_notes[name] += 1
         return name
 
-    def _scan_chunk(self, offset: int) -> None:
+    def _scan_chunk(self, offset: int, size: int) -> None:
         number = len(self.chunks)
         self.chunks.append(ChunkPlace(offset, {}))
-        used = False
+        used, left = False, size
         try:
             records = self.chunk(number)
+            left = len(records)
             for op, content, place in self.inner(records, offset):
                 if op == Op.MESSAGE:
                     channel, _, time, _ = MESSAGE_HEADER.unpack_from(content)
@@ -320,10 +313,11 @@ class McapFile:
                     used = True
                 else:
                     self._take_record(op, content, offset)
-        except InputError:
+                left = len(records) - place - RECORD_HEADER.size - len(content)
+        except InputError as error:
             if not used:
                 self.chunks.pop()
-            raise
+            self._pass_over(error, left, "the rest of this chunk is left out")
 
     def inner(self, records: memoryview, offset: int) -> Iterator[tuple[int, memoryview, int]]:
         """Yield opcode, content and offset of the records of a chunk."""
@@ -368,7 +362,14 @@ class McapFile:
                 f"the chunk says it has {size} bytes; none has more than {_MAX_CHUNK_BYTES}", offset
             )
         self.pages.read(offset, len(packed))
-        records = self._unpack(packed, compression, size, offset)
+        if compression not in COMPRESSIONS:
+            raise UnsupportedInputError(
+                f"chunks compressed with {compression!r}", path=self.path, location=f"offset {offset}"
+            )
+        try:
+            records = unpack(packed, compression, size)
+        except ValueError as error:
+            raise self.error(str(error), offset, _DAMAGED) from error
         if len(records) != size:
             raise self.error(f"the chunk has {len(records)} bytes, its header says {size}", offset)
         if crc and offset not in self._sound:
@@ -376,21 +377,3 @@ class McapFile:
                 raise self.error("the CRC of the chunk is wrong", offset, _DAMAGED)
             self._sound.add(offset)
         return records
-
-    def _unpack(self, packed: memoryview, compression: str, size: int, offset: int) -> memoryview:
-        if not compression:
-            return packed
-        if compression not in {"zstd", "lz4"}:
-            raise UnsupportedInputError(
-                f"chunks compressed with {compression!r}", path=self.path, location=f"offset {offset}"
-            )
-        try:
-            if compression == "lz4":
-                return memoryview(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
-            promised = zstandard.frame_content_size(packed)
-            if promised in {-1, size}:
-                # A size that the frame itself gives would be allocated whatever the limit is.
-                return memoryview(zstandard.ZstdDecompressor().decompress(packed, max_output_size=size + 1))
-        except (zstandard.ZstdError, RuntimeError, ValueError, EOFError) as error:
-            raise self.error(f"the chunk cannot be decompressed: {error}", offset, _DAMAGED) from error
-        raise self.error(f"the chunk's data says it has {promised} bytes, its header says {size}", offset)

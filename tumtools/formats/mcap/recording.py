@@ -19,7 +19,7 @@ from tumtools.formats.ros.definitions import full_name
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
 from tumtools.images.parallel import ordered_map
-from tumtools.model.sequence import Loss
+from tumtools.model.sequence import RECORDING, Loss
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -65,6 +65,7 @@ class McapRecording(Recording):
         self.digest = self._file.notes.get(DIGEST_RECORD)
         self.channels = tuple(self._make_channels())
         self.not_carried = tuple(self._besides())
+        self.left_out = tuple(self._passed_over())
         self.warnings = tuple(self._file.warnings)
 
     def _besides(self) -> Iterator[Loss]:
@@ -75,6 +76,22 @@ class McapRecording(Recording):
         for name, count in sorted(self._file.other_notes.items()):
             why = "a sequence has no place for the metadata records of others"
             yield Loss(f"metadata {name}", "record not carried over", count, why)
+        unknown = sum(
+            len(entries) for number, entries in self._index.items() if number not in self._file.channels
+        )
+        if unknown:
+            why = "the file does not say of which topic they are"
+            yield Loss(RECORDING, "messages of unknown channels not carried over", unknown, why)
+
+    def _passed_over(self) -> Iterator[Loss]:
+        """Yield what has been left out of a file that is salvaged."""
+        file = self._file
+        return file.passed_over.losses(
+            {number: len(entries) for number, entries in self._index.items()},
+            {number: channel.topic for number, channel in file.channels.items()},
+            file.attachments,
+            len(file.notes) + file.other_notes.total(),
+        )
 
     def _make_channels(self) -> Iterator[Channel]:
         for number, channel in sorted(self._file.channels.items()):

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -14,6 +13,7 @@ import numpy as np
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.rawlog import describe
+from tumtools.formats.rawlog.besides import beside_the_streams, left_out
 from tumtools.formats.rawlog.embedded import Embedded, pictures_in
 from tumtools.formats.rawlog.externals import Folder
 from tumtools.formats.rawlog.kept import read_kept
@@ -52,7 +52,6 @@ _FLOAT_TIME_ERROR_NS: Final = 1000
 """A time that went through float64 is off by less than this; the file name then tells it exactly."""
 _METRES: Final = 1.0
 """Units per metre of depth that was in metres, not in counts."""
-_NO_PLACE: Final = "a sequence has no stream for it"
 
 
 def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb of every format
@@ -193,9 +192,7 @@ class RawlogSequence(Sequence):
         """Forget what the comment says of single rows of streams that have been cut since."""
         if self._notes is None or self._metadata is None:
             return
-        counts = {stream: len(stamps) for stream, stamps in self._stamps.items()}
-        if self.accelerometer is not None:
-            counts[ACCELEROMETER] = len(self.accelerometer)
+        counts = self._counts()
         text = dict(self._metadata.text)
         for stream, layout in self._metadata.text.items():
             if stream == _GROUNDTRUTH:
@@ -203,9 +200,9 @@ class RawlogSequence(Sequence):
             now, written = counts.get(stream, 0), self._notes.counts.get(stream, 0)
             if now != written:
                 text[stream] = replace(layout, overrides={}, tail="", final_newline=True)
+                reason = "" if self._survey.damage else "; the rawlog has been edited since it was written"
                 self._warnings.append(
-                    f"{self._path}: {now} of the {written} rows of {stream} are there; "
-                    "the rawlog has been edited since it was written"
+                    f"{self._path}: {now} of the {written} rows of {stream} are there{reason}"
                 )
         self._metadata = replace(self._metadata, text=text)
 
@@ -241,8 +238,6 @@ class RawlogSequence(Sequence):
                 f"{path}: {count} depth images hold distances along the ray of each pixel "
                 "(range_is_depth = 0), not depth along the optical axis; they are given as they are"
             )
-        if found.timeless:
-            warn(f"{path}: {found.timeless} observations have no time and are left out")
         if self._missing:
             name = self._missing[0].place.picture.file
             warn(f"{path}: {len(self._missing)} external files are missing, the first is {name}")
@@ -290,25 +285,17 @@ class RawlogSequence(Sequence):
         )
 
     def _not_carried(self, found: Survey, labels: dict[str, str]) -> Iterator[Loss]:
-        for (label, what), count in sorted(found.not_carried.items()):
-            yield Loss(label or "rawlog", what, count, _NO_PLACE)
-        others = Counter(
-            (place.picture.label, f"{place.picture.stream} image")
-            for place in found.places
-            if labels.get(place.picture.stream) != place.picture.label
-        )
-        for (label, what), count in sorted(others.items()):
-            yield Loss(label, what, count, "no or another sensor was chosen for the stream")
-        if self._notes is None:  # in our own files they follow from the size of each image
-            yield from self._other_cameras(found, labels)
+        if found.damage is not None:
+            yield from left_out(found.damage, self._notes.counts if self._notes else {}, self._counts())
         yield from self._kept.losses
+        yield from beside_the_streams(found, labels, is_ours=self._notes is not None)
 
-    @staticmethod
-    def _other_cameras(found: Survey, labels: dict[str, str]) -> Iterator[Loss]:
-        why = "a sequence has one calibration for each image stream, that of its first observation"
-        for (stream, label), count in sorted(found.cameras_changed.items()):
-            if labels.get(stream) == label:
-                yield Loss(stream, "calibrations that differ from the first", count, why)
+    def _counts(self) -> dict[str, int]:
+        """Return how many images or rows each stream of the rawlog has."""
+        counts = {stream: len(stamps) for stream, stamps in self._stamps.items()}
+        if self.accelerometer is not None:
+            counts[ACCELEROMETER] = len(self.accelerometer)
+        return counts
 
     def details(self) -> Mapping[str, tuple[DetailRow, ...]]:
         """Return what is in the rawlog: the file, its classes, its sensors."""

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tumtools.model.camera import CameraInfo
 
 _WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage", "CObservationIMU"})
+_TIMELESS: Final = "observations without a time"
 _COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
 
 
@@ -112,7 +113,6 @@ class Survey:
         cameras_changed: Observations of each stream and label whose intrinsics are not the first.
         not_carried: By label and what it is.
         euclidean: Depth images that hold distances along the ray, by label.
-        timeless: Images and accelerations without a time.
         damage: What ended the reading before the end of the file.
 
     """
@@ -131,7 +131,6 @@ class Survey:
     cameras_changed: Counter[tuple[str, str]] = field(default_factory=Counter)
     not_carried: Counter[tuple[str, str]] = field(default_factory=Counter)
     euclidean: Counter[str] = field(default_factory=Counter)
-    timeless: int = 0
     damage: InputError | None = None
 
     def add(self, number: int, record: Record) -> None:
@@ -197,7 +196,7 @@ class Survey:
 
     def _add_picture(self, number: int, part: int, picture: Picture) -> None:
         if not picture.ticks:
-            self.timeless += 1
+            self.not_carried[picture.label, _TIMELESS] += 1
             return
         self.first.setdefault((picture.stream, picture.label), picture)
         bare = replace(picture, image=None, scan=None)
@@ -210,7 +209,7 @@ class Survey:
 
     def _add_acceleration(self, imu: observations.Imu, label: str, ticks: int) -> None:
         if not ticks:
-            self.timeless += 1
+            self.not_carried[label, _TIMELESS] += 1
             return
         rows = self.accelerations.setdefault(label, Accelerations())
         rows.ticks.append(ticks)

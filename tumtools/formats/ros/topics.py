@@ -96,7 +96,7 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
     rest = [
         channel for channel in recording.channels if channel.id not in used and not _ours(channel, places)
     ]
-    losses = tuple(loss_of(channel) for channel in rest)
+    losses = tuple(loss_of(channel) for channel in rest if channel.count != 0)
     return Resolution(chosen, infos, losses, tuple(warnings), transforms, frames)
 
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -20,6 +21,7 @@ from tumtools.formats.rosbag1.structure import (
     parse_chunk,
     parse_connection,
 )
+from tumtools.model.sequence import LEFT_OUT, RECORDING, Loss
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -46,14 +48,45 @@ def read_index(file: Block, *, salvage: bool = False) -> BagIndex:
     except InputError as error:
         if not salvage:
             raise
-        return Scan(file, salvage=True, damage=[error]).run(at + 8 + BAG_HEADER_SIZE)
+        found = Scan(file, salvage=True, damage=[error]).run(at + 8 + BAG_HEADER_SIZE)
+        header_loss = Loss(RECORDING, f"header {LEFT_OUT}", 1, "whether the end is there cannot be told")
+        return replace(found, left_out=(header_loss, *found.left_out))
     if bytes(header.fields.get(b"encryptor", b"")):
         raise UnsupportedInputError("an encrypted bag", path=file.path, hint="decrypt it with rosbag first")
-    if salvage or index_at == 0:
+    if salvage and index_at:
+        return _salvaged(file, header, index_at)
+    if index_at == 0:
         found = Scan(file, salvage=salvage).run(header.data_end)
         unindexed = "the bag has no index, its recorder was interrupted; its chunks were scanned instead"
-        return replace(found, warnings=(*(() if index_at else (unindexed,)), *found.warnings))
+        return replace(found, warnings=(unindexed, *found.warnings))
     return _from_index(file, header, index_at)
+
+
+def _salvaged(file: Block, header: Record, index_at: int) -> BagIndex:
+    """Scan the bag; where its index can be read, it tells which messages are not there."""
+    scan = Scan(file, salvage=True, data_end=index_at if _may_begin(file, index_at) else None)
+    try:
+        promised = _from_index(file, header, index_at)
+    except InputError:
+        return scan.run(header.data_end)
+    scan.connections.update(promised.connections)
+    found = scan.run(header.data_end)
+    missing: Counter[str] = Counter()
+    for number, count in (promised.count() - found.count()).items():
+        missing[promised.connections[number].topic] += count
+    why = "; ".join(f"{error.location}: {error.message}" for error in scan.damage[:1])
+    losses = (Loss(topic, f"messages {LEFT_OUT}", count, why) for topic, count in sorted(missing.items()))
+    return replace(found, left_out=tuple(losses))
+
+
+def _may_begin(file: Block, index_at: int) -> bool:
+    """Tell whether the index may be where it should be: there, or behind the end of a file that was cut."""
+    if index_at >= len(file.data):
+        return True
+    try:
+        return read_record(file, index_at).op in {Op.CONNECTION, Op.CHUNK_INFO}
+    except InputError:
+        return False
 
 
 def _check_magic(file: Block) -> int:

@@ -56,6 +56,7 @@ class BagRecording(Recording):
         self._file = _map_file(path)
         self._index = read_index(self._file, salvage=salvage)
         self.warnings = self._index.warnings
+        self.left_out = self._index.left_out
         self._channel_of = _channels_of(self._index)
         channels = sorted(set(self._channel_of.values()), key=lambda channel: channel.id)
         ours = {
@@ -179,15 +180,14 @@ def _map_file(path: Path) -> Block:
 
 def _channels_of(index: BagIndex) -> dict[int, Channel]:
     """Return the channel of each connection; publishers of the same on the same topic share one."""
-    numbers, counts = np.unique(index.entries["connection"], return_counts=True)
-    count_of = dict(zip(numbers.tolist(), counts.tolist(), strict=True))
+    count_of = index.count()
     groups: dict[tuple[str, str, str], list[int]] = {}
     for number, connection in sorted(index.connections.items()):
         groups.setdefault((connection.topic, connection.type, connection.definition), []).append(number)
     return {
         number: channel
         for group in groups.values()
-        for channel in [_channel(group, index.connections, sum(count_of.get(n, 0) for n in group))]
+        for channel in [_channel(group, index.connections, sum(count_of[n] for n in group))]
         for number in group
     }
 

@@ -19,8 +19,11 @@ from tumtools.formats.rosbag1.structure import (
     parse_chunk,
     parse_connection,
 )
+from tumtools.model.sequence import LEFT_OUT, RECORDING, Loss
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
 
@@ -31,16 +34,20 @@ class Scan:
     Attributes:
         file: The whole file.
         salvage: Leave out what is damaged instead of failing.
+        data_end: Where the chunks should end and the index begin, if that is known; may be behind the end.
         damage: What is damaged.
+        unread: Bytes of chunks that could not be read.
 
     """
 
     file: Block
     salvage: bool
+    data_end: int | None = None
     connections: dict[int, Connection] = field(default_factory=dict)
     chunks: list[Chunk] = field(default_factory=list)
     entries: list[npt.NDArray[np.void]] = field(default_factory=list)
     damage: list[InputError] = field(default_factory=list)
+    unread: int = 0
 
     def run(self, at: int) -> BagIndex:
         """Scan from this offset to the end."""
@@ -49,7 +56,8 @@ class Scan:
                 at = self._record(at)
             except InputError as error:
                 self._damaged(error)
-                self._cut_chunk(at)
+                if not self._cut_chunk(at):
+                    self.unread += max(min(self.data_end or len(self.file.data), len(self.file.data)) - at, 0)
                 break
         if at > len(self.file.data):
             self._damaged(self.file.damage("the file ends within the bag's header", len(self.file.data)))
@@ -68,7 +76,18 @@ class Scan:
             warnings.append(
                 f"{int((~known).sum())} messages of unknown connections {unknown[:5]} are left out"
             )
-        return BagIndex(self.connections, self.chunks, entries[known], tuple(warnings))
+        losses = tuple(self._left_out(int((~known).sum())))
+        return BagIndex(self.connections, self.chunks, entries[known], tuple(warnings), losses)
+
+    def _left_out(self, unknown: int) -> Iterator[Loss]:
+        if self.unread:
+            first = self.damage[0]
+            yield Loss(RECORDING, f"bytes {LEFT_OUT}", self.unread, f"{first.location}: {first.message}")
+        if unknown:
+            yield Loss(RECORDING, f"messages {LEFT_OUT}", unknown, "their connections are not known")
+        missing = (self.data_end or 0) - len(self.file.data)
+        if missing > 0:
+            yield Loss(RECORDING, "bytes missing at its end", missing, "the file was cut or not finished")
 
     def _damaged(self, error: InputError) -> None:
         if not self.salvage:
@@ -97,26 +116,30 @@ class Scan:
                 return at
         except InputError as error:
             self._damaged(error)
+            self.unread += end - at
             return end
         self._content(Chunk(at, "none", end - at, at, end))
         return end
 
-    def _cut_chunk(self, at: int) -> None:
-        """Take in the uncompressed chunk at the end of a file that was cut."""
+    def _cut_chunk(self, at: int) -> bool:
+        """Take in the uncompressed chunk at the end of a file that was cut; tell whether there is one."""
         try:
             record = read_record(self.file, at, cut=True)
             if record.op == Op.CHUNK and record.text(b"compression") == "none":
                 size = record.data_end - record.data_start
                 self._content(Chunk(at, "none", size, record.data_start, record.data_end))
+                return True
         except InputError:
             pass  # the damage at this place is known already
+        return False
 
     def _content(self, chunk: Chunk) -> None:
         """Index the messages of a chunk; damage ends the chunk, not the scan."""
         rows: list[tuple[int, int, int, int]] = []
+        at, size = 0, chunk.end - chunk.start
         try:
             block = chunk.load(self.file)
-            at = 0
+            size = len(block.data)
             while at < len(block.data):
                 record = read_record(block, at)
                 if record.op == Op.MESSAGE:
@@ -129,5 +152,6 @@ class Scan:
                 at = record.data_end
         except InputError as error:
             self._damaged(error)
+            self.unread += size - at
         self.chunks.append(chunk)
         self.entries.append(np.array(rows, ENTRY))

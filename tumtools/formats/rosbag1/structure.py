@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -15,6 +16,8 @@ from tumtools.formats.rosbag1.records import Block, Op, Record, parse_fields
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+
+    from tumtools.model.sequence import Loss
 
 ENTRY: Final = np.dtype([("time", "<i8"), ("chunk", "<i4"), ("offset", "<u4"), ("connection", "<u4")])
 """Where a message is: nanoseconds, number of the chunk, offset in its uncompressed content."""
@@ -76,6 +79,7 @@ class BagIndex:
         chunks: In file order.
         entries: One `ENTRY` a message, in no particular order.
         warnings: No index, damage that was left out.
+        left_out: What a salvage passes over.
 
     """
 
@@ -83,6 +87,12 @@ class BagIndex:
     chunks: list[Chunk]
     entries: npt.NDArray[np.void]
     warnings: tuple[str, ...] = ()
+    left_out: tuple[Loss, ...] = ()
+
+    def count(self) -> Counter[int]:
+        """Return how many messages each connection has."""
+        numbers, counts = np.unique(self.entries["connection"], return_counts=True)
+        return Counter(dict(zip(numbers.tolist(), counts.tolist(), strict=True)))
 
 
 def parse_connection(record: Record) -> tuple[int, Connection]:

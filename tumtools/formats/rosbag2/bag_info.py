@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import yaml
@@ -42,6 +43,7 @@ class BagInfo:
         compression_format: `zstd`, or empty.
         compression_mode: `file`, `message`, or empty.
         qos: Topic -> profiles, as text; empty where none is given.
+        counts: Topic -> number of messages, as far as they are given.
         custom_data: Strings that the writer put there.
 
     """
@@ -52,6 +54,7 @@ class BagInfo:
     compression_mode: str
     qos: Mapping[str, str]
     custom_data: Mapping[str, str]
+    counts: Mapping[str, int] = field(default_factory=dict)
 
 
 def read_bag_info(path: Path) -> BagInfo:
@@ -102,12 +105,23 @@ def parse_bag_info(content: bytes | str, path: Path | str) -> BagInfo:
         compression_mode=_text(root, "compression_mode").lower().replace("none", ""),
         qos=dict(_qos(topic) for topic in topics if isinstance(topic, dict)),
         custom_data={str(k): str(v) for k, v in custom.items()} if isinstance(custom, dict) else {},
+        counts=_counts(topics),
     )
 
 
 def _text(values: Mapping[object, object], key: str) -> str:
     value = values.get(key)
     return value if isinstance(value, str) else ""
+
+
+def _counts(topics: list[object]) -> Counter[str]:
+    """Return the number of messages of each topic; a topic may be listed once for each type."""
+    counts: Counter[str] = Counter()
+    for topic in topics:
+        count = topic.get("message_count") if isinstance(topic, dict) else None
+        if isinstance(topic, dict) and isinstance(count, int):
+            counts[_qos(topic)[0]] += count
+    return counts
 
 
 def _qos(entry: Mapping[object, object]) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import heapq
 import tempfile
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -20,7 +21,7 @@ from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag2.bag_info import FILE_NAME, BagInfo, read_bag_info
 from tumtools.formats.rosbag2.sqlite_reader import SqliteRecording
-from tumtools.model.sequence import Loss, sum_losses
+from tumtools.model.sequence import LEFT_OUT, RECORDING, Loss, sum_losses
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -67,6 +68,8 @@ class Rosbag2Recording(Recording):
                 self.close()
                 raise
             warnings.append(f"{error.message}; this file and those after it are left out")
+            missing = len(info.files) - len(self._parts)
+            self.left_out = (Loss(RECORDING, f"files {LEFT_OUT}", missing, error.message),)
         self.channels, self._places = _merge_channels(self._parts, info)
         custom = dict(info.custom_data or next((p.metadata for p in self._parts if p.metadata), {}))
         self.digest = next((p.digest for p in self._parts if p.digest), None)
@@ -81,7 +84,23 @@ class Rosbag2Recording(Recording):
                 loss for part in self._parts for loss in part.not_carried if loss.stream != _COPY_OF_INFO
             ),
         )
+        self.left_out += tuple(loss for part in self._parts for loss in part.left_out)
+        if salvage and (missing_messages := tuple(self._missing(info))):
+            self.left_out = missing_messages
         self.warnings = (*warnings, *(warning for part in self._parts for warning in part.warnings))
+
+    def _missing(self, info: BagInfo) -> Iterator[Loss]:
+        """Yield the messages that metadata.yaml counts and that could not be read."""
+        found: Counter[str] = Counter()
+        for channel in self.channels:
+            found[channel.topic] += channel.count or 0
+        others = {loss.stream for part in self._parts for loss in part.not_carried}
+        why = "; ".join(dict.fromkeys(loss.why for loss in self.left_out)) or "the files do not hold them"
+        for topic, count in info.counts.items():
+            if count > found[topic] and topic not in others:
+                yield Loss(
+                    topic, f"messages {LEFT_OUT}", count - found[topic], f"{FILE_NAME} counts them; {why}"
+                )
 
     def _open(self, file: Path, info: BagInfo, *, salvage: bool) -> Recording:
         name = file.name.removesuffix(".zstd")

@@ -15,7 +15,7 @@ from tumtools.errors import InputError
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag2.bag_info import parse_bag_info
-from tumtools.model.sequence import Loss
+from tumtools.model.sequence import LEFT_OUT, RECORDING, Loss
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -52,8 +52,14 @@ class SqliteRecording(Recording):
         with self._database() as database:
             _check_tables(path, database)
             topics = _topics(database)
-            self.metadata = None if salvage else _metadata(database, path)
-            self._rows, self.warnings = _rows(database, path, salvage=salvage)
+            self._rows, damage = _rows(database, path, salvage=salvage)
+            self.metadata, error = _metadata(database, path, salvage=salvage)
+        if damage:
+            self.warnings = (f"{path}: {damage}; only the {len(self._rows)} messages before this are read",)
+            self.left_out = (Loss(RECORDING, f"messages behind the damage {LEFT_OUT}", 1, damage),)
+        if error:
+            self.warnings += (f"{path}: its copy of metadata.yaml cannot be read ({error}); it is left out",)
+            self.left_out += (Loss("copy of metadata.yaml", LEFT_OUT, 1, error),)
         ids, counts = np.unique(self._rows["topic"], return_counts=True)
         count_of = dict(zip(ids.tolist(), counts.tolist(), strict=True))
         unknown = [number for number in count_of if number not in topics]
@@ -64,6 +70,8 @@ class SqliteRecording(Recording):
             if not salvage:
                 raise InputError(message, path=path, hint=_HINT)
             self.warnings = (*self.warnings, f"{message}; they are left out")
+            count = sum(count_of[number] for number in unknown)
+            self.left_out += (Loss(RECORDING, f"messages {LEFT_OUT}", count, "their topics are not known"),)
         self.channels = tuple(
             replace(topic.channel, count=count_of.get(number, 0))
             for number, topic in topics.items()
@@ -198,23 +206,28 @@ def _definitions(database: sqlite3.Connection) -> dict[str, str]:
     return {str(kind): str(text) for kind, encoding, text in rows if encoding == "ros2msg"}
 
 
-def _metadata(database: sqlite3.Connection, path: Path) -> Mapping[str, str] | None:
-    """Return our strings from the copy of metadata.yaml that the file may have."""
-    if "metadata" not in _columns(database, "metadata"):
-        return None
-    row = database.execute("SELECT metadata FROM metadata ORDER BY id DESC LIMIT 1").fetchone()
-    if row is None or not isinstance(row[0], str) or not row[0]:
-        return None
-    try:
-        return parse_bag_info(row[0], path).custom_data or None
-    except InputError:
-        return None  # it is a copy; metadata.yaml counts
-
-
-def _rows(
+def _metadata(
     database: sqlite3.Connection, path: Path, *, salvage: bool
-) -> tuple[npt.NDArray[np.void], tuple[str, ...]]:
-    """Return one `_ROW` a message, and warnings."""
+) -> tuple[Mapping[str, str] | None, str]:
+    """Return the strings in the copy of metadata.yaml that the file may have, and what is damaged of it."""
+    try:
+        if "metadata" not in _columns(database, "metadata"):
+            return None, ""
+        row = database.execute("SELECT metadata FROM metadata ORDER BY id DESC LIMIT 1").fetchone()
+    except sqlite3.Error as error:
+        if not salvage:
+            raise
+        return None, str(error)
+    if row is None or not isinstance(row[0], str) or not row[0]:
+        return None, ""
+    try:
+        return parse_bag_info(row[0], path).custom_data or None, ""
+    except InputError:
+        return None, ""  # it is a copy; metadata.yaml counts
+
+
+def _rows(database: sqlite3.Connection, path: Path, *, salvage: bool) -> tuple[npt.NDArray[np.void], str]:
+    """Return one `_ROW` a message, and what is damaged behind them."""
     data = ", data" if salvage else ""
     cursor = database.execute(f"SELECT id, topic_id, timestamp{data} FROM messages ORDER BY id")  # noqa: S608
     blocks: list[npt.NDArray[np.void]] = [np.empty(0, _ROW)]
@@ -224,9 +237,8 @@ def _rows(
     except (sqlite3.Error, InputError) as error:
         if not salvage:
             raise
-        kept = sum(map(len, blocks))
-        return np.concatenate(blocks), (f"{path}: {error}; only the {kept} messages before this are read",)
-    return np.concatenate(blocks), ()
+        return np.concatenate(blocks), str(error)
+    return np.concatenate(blocks), ""
 
 
 def _table(rows: list[tuple[object, ...]], path: Path) -> npt.NDArray[np.void]:

@@ -4,14 +4,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections import Counter
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from tumtools.model.sequence import Loss
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import numpy.typing as npt
+
+    from tumtools.formats.ros.codec import Columns, Message
     from tumtools.formats.ros.gather import Gathered
+
+_INERTIAL: Final = "inertial values besides acceleration"
+_COVARIANCES: Final = "covariances"
+_VELOCITIES: Final = "velocities"
+_CHILD_FRAMES: Final = "child frame ids"
+_WHY: Final = {
+    _INERTIAL: "a sequence has no stream for it",
+    _COVARIANCES: "a sequence has no place for uncertainties",
+    _VELOCITIES: "a sequence has no stream for it",
+    _CHILD_FRAMES: "the poses of a sequence are those of its colour camera",
+}
+_UNKNOWN: Final = -1.0
+"""First number of a covariance whose values are not there (sensor_msgs/Imu)."""
+_NO_ROTATION: Final = (0.0, 0.0, 0.0, 1.0)
 
 
 def beside_the_streams(found: Gathered) -> Iterator[Loss]:
@@ -23,3 +43,84 @@ def beside_the_streams(found: Gathered) -> Iterator[Loss]:
     why = "a sequence has one calibration for each image stream, that of its first message"
     for stream, count in found.other_cameras.items():
         yield Loss(stream, "calibrations that differ from the first", count, why)
+    for (topic, what), count in found.besides.items():
+        yield Loss(topic, what, count, _WHY[what])
+
+
+def beside_accelerations(part: Columns) -> Counter[str]:
+    """Count the messages of sensor_msgs/Imu that say more than an acceleration."""
+    turned = _known(part, "orientation_covariance") & _turned(part, "orientation")
+    turning = _known(part, "angular_velocity_covariance") & _some(part, "angular_velocity", "xyz")
+    names = ("orientation", "angular_velocity", "linear_acceleration")
+    covariances = [_says(part, f"{name}_covariance") for name in names]
+    return _counted({_INERTIAL: turned | turning, _COVARIANCES: np.logical_or.reduce(covariances)})
+
+
+def beside_poses(part: Columns) -> Counter[str]:
+    """Count the messages with one pose that say more than it."""
+    moving = _some(part, "twist.twist.linear", "xyz") | _some(part, "twist.twist.angular", "xyz")
+    return _counted(
+        {
+            _COVARIANCES: _says(part, "pose.covariance") | _says(part, "twist.covariance"),
+            _VELOCITIES: moving,
+            _CHILD_FRAMES: np.full(len(part.rows), bool(part.texts.get("child_frame_id"))),
+        }
+    )
+
+
+def has_window(message: Message) -> bool:
+    """Tell whether a sensor_msgs/CameraInfo is of a part of the sensor, of joined pixels, or rectified."""
+    region = message.get("roi")
+    part = region if isinstance(region, dict) else {}
+    names = ("height", "width")
+    size = tuple(part.get(name, 0) for name in names)
+    whole = {(0, 0), tuple(message.get(name, 0) for name in names)}
+    return (
+        any(message.get(name, 0) not in {0, 1} for name in ("binning_x", "binning_y"))
+        or any(part.get(name) for name in ("x_offset", "y_offset", "do_rectify"))
+        or size not in whole
+    )
+
+
+def _counted(found: dict[str, npt.NDArray[np.bool_]]) -> Counter[str]:
+    return Counter({what: count for what, rows in found.items() if (count := int(np.count_nonzero(rows)))})
+
+
+def _known(part: Columns, covariance: str) -> npt.NDArray[np.bool_]:
+    """Tell in which rows the values that a covariance belongs to are there."""
+    numbers = part.numbers.get(covariance)
+    known = np.ones(len(part.rows), bool)
+    return known if numbers is None or numbers.ndim == 1 else numbers[:, 0] != _UNKNOWN
+
+
+def _says(part: Columns, covariance: str) -> npt.NDArray[np.bool_]:
+    """Tell in which rows a covariance says something."""
+    numbers = part.numbers.get(covariance)
+    if numbers is None or numbers.ndim == 1:
+        return np.zeros(len(part.rows), bool)
+    found: npt.NDArray[np.bool_] = _known(part, covariance) & _is_something(numbers).any(axis=1)
+    return found
+
+
+def _some(part: Columns, path: str, axes: str) -> npt.NDArray[np.bool_]:
+    """Tell in which rows any of some numbers says something."""
+    columns = [part.numbers[name] for axis in axes if (name := f"{path}.{axis}") in part.numbers]
+    if not columns:
+        return np.zeros(len(part.rows), bool)
+    found: npt.NDArray[np.bool_] = np.logical_or.reduce([_is_something(column) for column in columns])
+    return found
+
+
+def _turned(part: Columns, path: str) -> npt.NDArray[np.bool_]:
+    """Tell in which rows a rotation is neither empty nor none."""
+    none = np.ones(len(part.rows), bool)
+    for axis, value in zip("xyzw", _NO_ROTATION, strict=True):
+        column = part.numbers.get(f"{path}.{axis}")
+        none &= True if column is None else column == value
+    return _some(part, path, "xyzw") & ~none
+
+
+def _is_something(numbers: npt.NDArray[np.generic]) -> npt.NDArray[np.bool_]:
+    """Tell which numbers are not 0; what is no number says nothing."""
+    found: npt.NDArray[np.bool_] = (numbers != 0) & ~np.isnan(numbers.astype(np.float64, copy=False))
+    return found

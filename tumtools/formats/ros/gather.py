@@ -8,6 +8,7 @@ Messages are copied and decoded in batches: a view would keep a whole chunk of t
 from __future__ import annotations
 
 import struct
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.formats.ros import signals
+from tumtools.formats.ros.besides import beside_accelerations, beside_poses
 from tumtools.formats.ros.tf import TransformTree
 from tumtools.model.sequence import IMAGE_STREAMS
 from tumtools.model.signals import Accelerometer, Trajectory
@@ -45,6 +47,11 @@ class Collector:
         kind: Decodes them.
         take: Called with decoded messages; their `rows` count all messages of the channel.
 
+    Attributes:
+        frame_id: Coordinate frame of the first message.
+        frames: How many messages name each coordinate frame.
+        besides: What messages say beside what is collected, and how many do.
+
     """
 
     def __init__(self, kind: MessageType, take: Callable[[Columns], None]) -> None:
@@ -52,6 +59,10 @@ class Collector:
         self._take = take
         self._waiting: list[memoryview] = []
         self._done = 0
+        self._first = -1
+        self.frame_id = ""
+        self.frames: Counter[str] = Counter()
+        self.besides: Counter[str] = Counter()
 
     def add(self, message: RawMessage) -> None:
         """Take a message."""
@@ -71,6 +82,16 @@ class Collector:
         self._done += len(self._waiting)
         self._waiting.clear()
 
+    def _note_frame(self, part: Columns, frame_id: str) -> None:
+        self.frames[frame_id] += len(part.rows)
+        if self._first < 0 or part.rows[0] < self._first:
+            self._first, self.frame_id = int(part.rows[0]), frame_id
+
+    @property
+    def other_frames(self) -> int:
+        """Messages whose coordinate frame is not that of the first."""
+        return self.frames.total() - self.frames[self.frame_id]
+
 
 class AccelerometerCollector(Collector):
     """Collects accelerations."""
@@ -81,6 +102,8 @@ class AccelerometerCollector(Collector):
 
     def _add(self, part: Columns) -> None:
         self._parts.append((part.rows, signals.accelerations_in(part)))
+        self._note_frame(part, part.texts.get("header.frame_id", ""))
+        self.besides += beside_accelerations(part)
 
     def result(self) -> Accelerometer:
         """Return all rows."""
@@ -92,28 +115,22 @@ class AccelerometerCollector(Collector):
 
 
 class PoseCollector(Collector):
-    """Collects poses of messages with one pose each, or of the transforms to some frames.
-
-    Attributes:
-        frame_id: Frame that the first pose is given in.
-
-    """
+    """Collects poses of messages with one pose each, or of the transforms to some frames."""
 
     def __init__(self, kind: MessageType, bodies: frozenset[str] = frozenset()) -> None:
         super().__init__(kind, self._add)
         self._bodies = bodies
         self._parts: list[tuple[npt.NDArray[np.intp], Trajectory]] = []
-        self.frame_id = ""
 
     def _add(self, part: Columns) -> None:
         if self._kind.name in signals.POSE_PATHS:
             found = [(part.texts.get("header.frame_id", ""), signals.poses_in(self._kind.name, part))]
+            self.besides += beside_poses(part)
         else:
             triples = signals.transforms_in(part)
             found = [(parent, poses) for parent, child, poses in triples if child in self._bodies]
         for frame_id, poses in found:
-            if not self._parts or part.rows[0] < self._parts[0][0][0]:
-                self.frame_id = frame_id
+            self._note_frame(part, frame_id)
             self._parts.append((part.rows, poses))
 
     def result(self) -> Trajectory:
@@ -150,21 +167,23 @@ class Gathered:
     Attributes:
         accelerometer: None if there is no channel for it.
         poses: Ground truth of a channel with poses, or of our own transforms; None if there is none.
-        frame_id: Frame that the poses are given in.
+        frame_ids: Signal -> coordinate frame of its first message.
         tree: Transforms that the ground truth of a foreign recording is composed from.
         times: Image stream -> log times and header stamps, of foreign recordings.
-        other_frames: Image stream -> messages whose frame id is not that of the first.
+        other_frames: Stream -> messages whose frame id is not that of the first.
         other_cameras: Image stream -> messages of CameraInfo that differ from the first, if there are any.
+        besides: Topic and what its messages say beside the stream -> how many do.
 
     """
 
     accelerometer: Accelerometer | None = None
     poses: Trajectory | None = None
-    frame_id: str = ""
+    frame_ids: dict[str, str] = field(default_factory=dict)
     tree: TransformTree = field(default_factory=TransformTree)
     times: dict[str, Times] = field(default_factory=dict)
     other_frames: dict[str, int] = field(default_factory=dict)
     other_cameras: dict[str, int] = field(default_factory=dict)
+    besides: Counter[tuple[str, str]] = field(default_factory=Counter)
 
 
 class _StampCollector:
@@ -281,7 +300,11 @@ def _take_results(result: Gathered, resolution: Resolution, collectors: Mapping[
         elif isinstance(collector, AccelerometerCollector):
             result.accelerometer = collector.result()
         elif isinstance(collector, PoseCollector):
-            result.poses, result.frame_id = collector.result(), collector.frame_id
+            result.poses = collector.result()
+        if isinstance(collector, (AccelerometerCollector, PoseCollector)):
+            result.frame_ids[stream] = collector.frame_id
+            result.other_frames[stream] = collector.other_frames
+            result.besides.update({(channel.topic, what): n for what, n in collector.besides.items()})
     for stream, channel in resolution.infos.items():
         collector = collectors.get(channel.id)
         if isinstance(collector, _ConstantCollector) and collector.others:

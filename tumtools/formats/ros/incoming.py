@@ -16,7 +16,7 @@ from tumtools.errors import InputError, UsageError
 from tumtools.formats import metadata
 from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.ros import signals
-from tumtools.formats.ros.besides import beside_the_streams
+from tumtools.formats.ros.besides import beside_the_streams, has_window
 from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.gather import Gathered, Times, gather, header_stamp
 from tumtools.formats.ros.images import image_of_message
@@ -105,6 +105,7 @@ class RosSequence(Sequence):
         if found.accelerometer is not None:
             order = self._to_file_order("accelerometer", found.accelerometer.stamps)
             self.accelerometer = found.accelerometer.take(order)
+            self._note_frame("accelerometer", found.frame_ids.get("accelerometer", ""))
         elif "accelerometer" in places:
             self.accelerometer = Accelerometer.empty()
         self.groundtruth = self._groundtruth(found, expected="groundtruth" in places)
@@ -193,7 +194,7 @@ class RosSequence(Sequence):
         if self._resolution.transforms:
             poses = self._compose(found.tree)
         elif poses is not None:
-            self._note_frame("groundtruth", found.frame_id)
+            self._note_frame("groundtruth", found.frame_ids.get("groundtruth", ""))
         elif expected:
             return Trajectory.empty()
         return None if poses is None else poses.take(self._to_file_order("groundtruth", poses.stamps))
@@ -225,7 +226,8 @@ class RosSequence(Sequence):
                 "choose others with --topic groundtruth=/tf:WORLD.CAMERA"
             )
         if left_out:
-            self._notes.append(f"{left_out} poses are left out, as not all of {way} is known at their time")
+            why = f"not all of {way} is known at their time"
+            self._unused.append(Loss("groundtruth", "poses not carried over", left_out, why))
         return found
 
     def _sources(self) -> dict[str, str]:
@@ -299,7 +301,12 @@ class RosSequence(Sequence):
             first = next(self._recording.messages([channel]), None)
             if first is not None:
                 with self._named(channel, first.log_time):
-                    yield stream, signals.camera_info(self._type(channel).decode(first.data))
+                    message = self._type(channel).decode(first.data)
+                    yield stream, signals.camera_info(message)
+                if has_window(message):
+                    why = "a sequence has calibrations of whole images"
+                    what = "binning, region of interest or rectification"
+                    self._unused.append(Loss(channel.topic, what, channel.count or 1, why))
 
     def _text_layouts(self) -> dict[str, TextLayout]:
         """Return the look of the text files as far as it fits what the messages say."""

@@ -253,3 +253,11 @@ def test_a_folder_is_not_replaced_by_a_file(tmp_path: Path) -> None:
         (tmp_path / "x").mkdir()  # by somebody else, meanwhile
     assert (tmp_path / "x").is_dir()
     assert _names(tmp_path) == ["x"]
+
+
+def test_a_file_where_a_folder_is_needed_is_named(tmp_path: Path) -> None:
+    (tmp_path / "a").touch()
+    for target in (tmp_path / "a" / "x", tmp_path / "a" / "b" / "x"):
+        with pytest.raises(OutputError, match="this is no folder") as caught, staged(target) as path:
+            path.touch()
+        assert caught.value.path == str(tmp_path / "a")

@@ -134,6 +134,14 @@ def refuse_existing(target: Path, *, force: bool) -> None:
 
 def output_error(error: OSError, target: Path) -> OutputError:
     """Say in words why a target cannot be written."""
+    if error.errno in {errno.EEXIST, errno.ENOTDIR}:
+        for parent in target.parents:
+            if os.path.lexists(parent) and not parent.is_dir():
+                return OutputError(
+                    f"cannot write {target.name} below it: this is no folder",
+                    path=parent,
+                    hint="move it away, or name another target",
+                )
     hint = None
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
         hint = "free some space or name a target on another disk; nothing was left behind"

@@ -512,6 +512,17 @@ def test_another_manifest_after_the_plan_changes_nothing_until_the_next_plan(fol
     assert states(plan) == {"changed": 3}
 
 
+def test_a_task_without_threads_has_no_bug(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    plan = plan_of(folder)
+    monkeypatch.setattr("tumtools.batch.task.convert", fail)
+    assert run_inline(plan) == {"worked failed": 3}
+    entry = entry_of(plan, "full")
+    assert (entry.bug, "--memory-limit" in entry.reason, "Traceback" in entry.reason) == (False, True, False)
+
+
 def test_two_runs_at_once_share_the_work(folder: Path) -> None:
     for number in range(6):
         shutil.copytree(FIXTURES / "early", folder / "data" / f"early_{number}")

@@ -265,3 +265,24 @@ def test_a_digest_is_printed_with_its_streams(capsys: pytest.CaptureFixture[str]
     assert document["streams"]["rgb"]["count"] == 4
     assert run(["digest", str(FULL)]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == f"{document['sha256']}  {FULL}"
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_streams_that_are_closed_are_no_matter(tmp_path: Path, closed: str) -> None:
+    command = f"{sys.executable} -m tumtools synth x --frames 2 {closed}"
+    done = subprocess.run(
+        ["/bin/sh", "-c", command],
+        capture_output=True,
+        cwd=tmp_path,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "x" / "rgb.txt").exists()
+    assert b"Traceback" not in done.stderr
+
+
+def test_a_disk_that_is_full_is_said_to_be_that() -> None:
+    command = f"{sys.executable} -m tumtools formats > /dev/full"
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False, cwd=ROOT)
+    assert (done.returncode, done.stderr) == (4, "error: No space left on device\n")

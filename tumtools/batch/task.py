@@ -39,6 +39,11 @@ if TYPE_CHECKING:
 
 BUSY, KEPT, WORKED = "busy", "kept", "worked"
 _MAX_FINDINGS: Final = 20
+_OUT_OF_MEMORY: Final = "out of memory; give it more with --memory-limit, or less to do with fewer workers"
+_NO_THREAD: Final = (
+    "no thread could be started: out of memory, or of processes; give it more with --memory-limit, "
+    "or less to do with fewer workers or `jobs`"
+)
 _LIBRARIES: Final = ("numpy", "pillow", "isal", "lz4", "zstandard")
 """What the bytes of an output may depend on."""
 
@@ -170,9 +175,13 @@ class _Attempt:
         except TumtoolsError as error:
             self._fail(self._told(str(error)), bug=isinstance(error, InternalError))
         except MemoryError:
-            self._fail("out of memory; give it more with --memory-limit, or less to do with fewer workers")
+            self._fail(_OUT_OF_MEMORY)
+        except RuntimeError as error:
+            # Threads need memory for their stacks; a limit on processes has the same words.
+            no_thread = is_out_of_threads(error)
+            self._fail(_NO_THREAD if no_thread else _trace(error), bug=not no_thread)
         except Exception as error:  # noqa: BLE001 - one task with a bug must not stop the others
-            self._fail(f"{type(error).__name__}: {error}\n{traceback.format_exc()}", bug=True)
+            self._fail(_trace(error), bug=True)
         return replace(self._entry, seconds=time.time() - self._entry.started)
 
     def _fail(self, reason: str, *, bug: bool = False) -> None:
@@ -244,6 +253,15 @@ class _Attempt:
 
     def _read_options(self) -> ReadOptions:
         return ReadOptions(self._task.source.topics, self._task.source.salvage)
+
+
+def is_out_of_threads(error: Exception) -> bool:
+    """Whether an error says that the system gave no thread."""
+    return isinstance(error, RuntimeError) and "start new thread" in str(error)
+
+
+def _trace(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}\n{traceback.format_exc()}"
 
 
 def _digest(path: Path, policy: Policy) -> str:

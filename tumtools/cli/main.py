@@ -9,6 +9,7 @@ import signal
 import sys
 from importlib import import_module
 from io import TextIOWrapper
+from pathlib import Path
 from time import perf_counter
 from typing import Final, NoReturn, cast
 
@@ -44,6 +45,7 @@ list of commands imports none of them."""
 
 EXIT_INTERRUPTED: Final = 130
 EXIT_BUG: Final = 70
+_STDERR: Final = 2
 
 
 class _LazyGroup(click.Group):
@@ -85,11 +87,23 @@ cli.params.extend(verbosity_options())
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the program and exit with the code that its documentation promises."""
     signal.signal(signal.SIGTERM, _interrupt)
+    _open_closed_streams()
     # File names may be in no known coding; they must not stop us from printing them.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     sys.exit(run(arguments))
+
+
+def _open_closed_streams() -> None:
+    """Open what was closed by `>&-`: nothing is printed then, and no other file may get its number."""
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= _STDERR:
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+    # Python has None for a stream that is closed, whatever its types say.
+    streams = {name: getattr(sys, name) for name in ("stdout", "stderr")}
+    for name in (name for name, stream in streams.items() if stream is None):
+        setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - for as long as the program runs
 
 
 def run(arguments: list[str] | None = None) -> int:
@@ -118,7 +132,7 @@ def run(arguments: list[str] | None = None) -> int:
         if output.verbosity > 1:
             output.traceback()
         name = error.filename if isinstance(error.filename, str) else os.fsdecode(error.filename or b"")
-        output.error(f"{name}: {error.strerror or error}" if name else str(error))
+        output.error(f"{name}: {error.strerror or error}" if name else error.strerror or str(error))
         return OutputError.exit_code
     except Exception as error:  # noqa: BLE001 - whatever comes here is a bug of ours
         return _report_bug(error)

@@ -9,7 +9,7 @@ import signal
 import sys
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from tumtools.batch.task import execute
+from tumtools.batch.task import execute, is_out_of_threads
 from tumtools.errors import TumtoolsError
 
 if TYPE_CHECKING:
@@ -43,8 +43,15 @@ def work(connection: Connection[Any, Any], memory_limit: int | None) -> None:
             answer = "out of memory (--memory-limit)"
         except TumtoolsError as error:
             answer = str(error)
+        except RuntimeError as error:
+            threads = is_out_of_threads(error)
+            answer = "no thread could be started (--memory-limit)" if threads else _words(error)
         except Exception as error:  # noqa: BLE001 - the parent reports it as a failure of the task
-            answer = f"{type(error).__name__}: {error}"
+            answer = _words(error)
+
+
+def _words(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
 
 
 def _end(number: int, frame: object) -> NoReturn:

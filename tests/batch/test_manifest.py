@@ -112,6 +112,19 @@ def test_each_part_is_needed(tmp_path: Path, missing: str) -> None:
         read(tmp_path, text)
 
 
+@pytest.mark.parametrize("template", ["{name", "name}", "{name}}{"])
+def test_braces_that_do_not_pair_are_said_to_be_that(tmp_path: Path, template: str) -> None:
+    with pytest.raises(InputError, match="its braces do not pair"):
+        read(tmp_path, GOOD.replace("{camera}/{name}-{target}.{ext}", template))
+
+
+def test_what_is_no_utf8_is_refused_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "manifest.toml").write_bytes(b'destination = "\xff"\n')
+    with pytest.raises(InputError, match="not UTF-8") as caught:
+        read_manifest(tmp_path / "manifest.toml")
+    assert caught.value.location == "byte 15"
+
+
 def test_what_is_no_toml_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not TOML"):
         read(tmp_path, "destination = ")

@@ -161,8 +161,10 @@ def read_manifest(path: Path) -> Manifest:
         text = path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")  # some editors begin with a mark
     except FileNotFoundError:
         raise MissingInputError("there is no such manifest", path=path) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", path=path) from error
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", path=path) from error
+    except UnicodeDecodeError as error:
+        raise InputError("not UTF-8, as TOML is", path=path, location=f"byte {error.start}") from error
     try:
         document = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:

@@ -143,8 +143,8 @@ def template_problem(template: str) -> str | None:
         plain = all(
             not spec and not conversion for _, _, spec, conversion in string.Formatter().parse(template)
         )
-    except ValueError as error:
-        return f"template: {error}"
+    except ValueError:
+        return "template: its braces do not pair; {{ and }} stand for braces of a name"
     unknown = [name for name in names if name not in TEMPLATE_FIELDS]
     if unknown or not plain:
         return f"template: unknown field {{{unknown[0]}}}" if unknown else "template: only plain {fields}"

@@ -81,20 +81,25 @@ def _run(
     whole = read_plan(Path(plan))
     if scratch is not None and settings["address"] is None:  # else it is on other machines
         check_scratch(scratch)
-    run_options = RunOptions(retry, claim, shard, lease, scratch, full, output.message)
+    run_options = RunOptions(retry, claim, shard, lease, scratch, full, _say)
     tasks = chosen(whole, run_options)
     report = Report(whole)
-    started = create_engine(engine, EngineSettings(**settings, say=output.message))  # type: ignore[arg-type]  # click has checked the types
+    started = create_engine(engine, EngineSettings(**settings, say=_say))  # type: ignore[arg-type]  # click has checked the types
     try:
         with batch_progress(tasks) as progress, closing(run(whole, tasks, started, run_options)) as outcomes:
             for outcome in outcomes:
                 report.add(outcome)
                 progress(outcome)
-    except (KeyboardInterrupt, TumtoolsError):
-        report.show(as_json=as_json, of=len(tasks))
+    except (KeyboardInterrupt, TumtoolsError) as error:
+        if report.begun or isinstance(error, KeyboardInterrupt):
+            report.show(as_json=as_json, of=len(tasks))
         raise
     report.show(as_json=as_json)
     return EXIT_FAILED if report.failed else 0
+
+
+def _say(text: str) -> None:
+    output.message(output.one_line(text))
 
 
 @command.command(name="status")

@@ -32,6 +32,11 @@ class Report:
         self._entries: dict[str, tuple[str, Entry | None]] = {}
 
     @property
+    def begun(self) -> bool:
+        """Whether anything came of any task."""
+        return bool(self._entries)
+
+    @property
     def failed(self) -> bool:
         """Whether any task failed."""
         return any(state == FAILED for _, state in self._counts)

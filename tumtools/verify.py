@@ -298,10 +298,9 @@ def _verify_header(
 
 
 def _has_rows(sequence: Sequence, stream: str) -> bool:
-    """Tell whether there are messages that say what their frame is; accelerations are not asked for it."""
-    return bool(len(sequence.image_stamps(stream))) or (
-        stream == "groundtruth" and sequence.groundtruth is not None and bool(len(sequence.groundtruth))
-    )
+    """Tell whether there are messages that say what their frame is."""
+    signal = {"groundtruth": sequence.groundtruth, "accelerometer": sequence.accelerometer}.get(stream)
+    return len(sequence.image_stamps(stream) if signal is None else signal) > 0
 
 
 def _check_same(what: str, expected: object, found: object) -> None:

@@ -209,7 +209,7 @@ def test_poses_at_whose_time_not_all_transforms_are_known_are_told(tmp_path: Pat
     )
     found = losses(path, groundtruth="/tf:world.cam")
     assert found == {("groundtruth", "poses not carried over"): 4}
-    assert losses(path, groundtruth="/tf:world.body") == {}
+    assert losses(path, groundtruth="/tf:world.body") == {("groundtruth", "transforms not carried over"): 6}
 
 
 @pytest.mark.parametrize("name", ["mcap", "rosbag1", "rosbag2"])

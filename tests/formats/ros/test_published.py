@@ -46,6 +46,7 @@ def test_published_bag_becomes_the_right_folder(tmp_path: Path, encoding: str) -
     assert [tuple(map(float, row)) for row in imu.values()] == list(content.imu.values())
     assert {(loss.stream, loss.what, loss.count) for loss in report.losses} == {
         ("/cortex_marker_array", "messages not carried over", 39),
+        ("groundtruth", "transforms not carried over", 8),  # to the frames of depth
         ("rgb", "calibration", 1),
         ("depth", "calibration", 1),
     }
@@ -85,7 +86,7 @@ def test_bag_goes_through_every_container_unchanged(tmp_path: Path) -> None:
         with open_source(source) as sequence:
             report = convert(sequence, path, target)
         if target != "tum":
-            assert {loss.stream for loss in report.losses} <= {"/cortex_marker_array"}
+            assert {loss.stream for loss in report.losses} <= {"/cortex_marker_array", "groundtruth"}
         source = path
     with open_source(bag) as sequence:
         convert(sequence, tmp_path / "direct", "tum")

@@ -23,7 +23,7 @@ from tumtools.formats.ros.images import image_of_message
 from tumtools.formats.ros.kept import read_kept
 from tumtools.formats.ros.layouts import LAYOUTS, is_default_frame
 from tumtools.formats.ros.order import ImageOrder
-from tumtools.formats.ros.tf import TransformTree, find_path
+from tumtools.formats.ros.tf import TransformTree, find_path, losses_of_path, way_of
 from tumtools.formats.ros.topics import loss_of, resolve
 from tumtools.model.camera import camera_of_name
 from tumtools.model.sequence import (
@@ -216,8 +216,7 @@ class RosSequence(Sequence):
             self._unused += [loss_of(channel) for channel in resolution.transforms]
             return None
         found, left_out = tree.compose(path)
-        root = path[0][0]
-        way = " -> ".join([root, *(child for _, child in path)])
+        root, way = path[0][0], way_of(path)
         self._way = f"{resolution.transforms[0].topic}: {way}"
         self._note_frame("groundtruth", root)
         if resolution.frames is None and root != _WORLD:
@@ -225,9 +224,7 @@ class RosSequence(Sequence):
                 f"ground truth is taken from transforms, {way}; "
                 "choose others with --topic groundtruth=/tf:WORLD.CAMERA"
             )
-        if left_out:
-            why = f"not all of {way} is known at their time"
-            self._unused.append(Loss("groundtruth", "poses not carried over", left_out, why))
+        self._unused += losses_of_path(tree, path, left_out)
         return found
 
     def _sources(self) -> dict[str, str]:

@@ -15,9 +15,12 @@ import numpy as np
 
 from tumtools.errors import UsageError
 from tumtools.formats.ros.signals import transforms_in
+from tumtools.model.sequence import Loss
 from tumtools.model.signals import Trajectory
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
     from tumtools.formats.ros.codec import Columns
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
 Edge = tuple[str, str]
 """Parent and child frame."""
 
+_SHOWN: Final = 3
+"""Transforms that a message names."""
 _NEARLY_PARALLEL: Final = 0.9995
 """Cosine above which the sine in the slerp is too small to divide by."""
 
@@ -194,3 +199,28 @@ def find_path(tree: TransformTree, camera: str | None, frames: str = "") -> list
         camera = moving[0][1]
     path = tree.path(camera.lstrip("/")) if camera else []
     return path if any(edge in moving for edge in path) else []
+
+
+def way_of(path: list[Edge]) -> str:
+    """Return a path for messages."""
+    return " -> ".join([path[0][0], *(child for _, child in path)])
+
+
+def losses_of_path(tree: TransformTree, path: list[Edge], left_out: int) -> Iterator[Loss]:
+    """Yield what is lost of the transforms when a path is taken for the ground truth.
+
+    Args:
+        tree: All transforms.
+        path: The edges that were composed.
+        left_out: Samples that `TransformTree.compose` left out.
+
+    """
+    if left_out:
+        why = f"not all of {way_of(path)} is known at their time"
+        yield Loss("groundtruth", "poses not carried over", left_out, why)
+    beside = {edge: len(one) for edge, one in tree.edges.items() if edge not in path}
+    if beside:
+        places = ", ".join(f"{parent} -> {child}" for parent, child in sorted(beside)[:_SHOWN])
+        more = f" and {len(beside) - _SHOWN} more" if len(beside) > _SHOWN else ""
+        why = f"a sequence has one trajectory, {way_of(path)}; these are {places}{more}"
+        yield Loss("groundtruth", "transforms not carried over", sum(beside.values()), why)

@@ -24,16 +24,17 @@ def children_undisturbed() -> Iterator[None]:
     came: list[int] = []
     # A mask is a thread's own: signals may come by way of another one, such as those of a numerical library.
     main = threading.current_thread() is threading.main_thread()
-    handlers = {
-        number: signal.signal(number, lambda number, _: came.append(number))
-        for number in (_SIGNALS if main else ())
-    }
+    handlers = {number: signal.getsignal(number) for number in (_SIGNALS if main else ())}
+    for number, handler in handlers.items():
+        if handler is not None:  # else it is none of Python's, and could not be put back
+            signal.signal(number, lambda number, _: came.append(number))
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         for number, handler in handlers.items():
-            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+            if handler is not None:
+                signal.signal(number, handler)
         if came:
             signal.raise_signal(came[0])

@@ -92,7 +92,7 @@ def test_a_scheduler_without_workers_is_waited_for_with_a_word(tmp_path: Path) -
 
 def test_ctrl_c_of_an_embedded_cluster_prints_no_tracebacks(tmp_path: Path) -> None:
     require_dask()
-    batch = Batch(tmp_path, sources=12)
+    batch = Batch(tmp_path, sources=100, head='estimate = "off"')
     batch.plan()
     for seconds in (1.0, 1.5, None):
         run = batch.start("batch", "run", "plan.json", "--engine", "dask", "--workers", "2")

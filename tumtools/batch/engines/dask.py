@@ -56,6 +56,8 @@ class DaskEngine:
             raise UsageError(
                 f"no dask scheduler at {settings.address}: {error}", hint="start one with `dask scheduler`"
             ) from error
+        if self._cluster is not None:
+            self._client.run(_hush_worker)
         self._silence = ExitStack()
         self._silence.enter_context(_silenced(*_OF_CONNECTIONS))
         self._jobs: dict[str, Job] = {}
@@ -165,9 +167,14 @@ def _own_cluster(settings: EngineSettings) -> object:
 
 
 def _execute_in_own_cluster(job: Job) -> Outcome:
-    """Do a task; a worker that we end does not tell of what it had in hand."""
-    logging.getLogger("distributed.worker.state_machine").setLevel(logging.CRITICAL + 1)
+    """Do a task, also in a worker that was started in place of one that was lost."""
+    _hush_worker()
     return execute(job)
+
+
+def _hush_worker() -> None:
+    """Let a worker that we end not tell of what it had in hand, nor that the scheduler ended before it."""
+    logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)
 
 
 @contextmanager

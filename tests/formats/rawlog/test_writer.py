@@ -30,6 +30,7 @@ from tumtools.formats.tum import reader as tum_reader
 from tumtools.images.codec import image_of_jpeg, image_of_pixels, pixels_of
 from tumtools.model.camera import CameraInfo, calibration
 from tumtools.model.text import TextLayout
+from tumtools.model.time import format_stamp
 from tumtools.sources import open_source
 
 if TYPE_CHECKING:
@@ -146,9 +147,8 @@ def test_the_same_input_gives_the_same_bytes_whatever_the_number_of_jobs(tmp_pat
 
 
 def test_text_layouts_frame_ids_and_names_travel_along(tmp_path: Path) -> None:
-    layout = TextLayout(
-        "# my head\n", 7, "%.3f", "\t", "\r\n", {1: "literal"}, "# tail\n", final_newline=False
-    )
+    literal = "# why\n" + format_stamp(FIRST + made.FRAME_NS) + "\t rgb/other.png"
+    layout = TextLayout("# my head\n", 7, "%.3f", "\t", "\r\n", {1: literal}, "# tail\n", final_newline=False)
     source = made.typical()
     source.info = replace(
         source.info,

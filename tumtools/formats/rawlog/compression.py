@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import zlib
 from typing import IO, TYPE_CHECKING, Final, Literal, Protocol
 
@@ -30,6 +31,7 @@ _LARGEST_RATIO: Final = {"none": 1, "gzip": 1032, "zstd": 2**16}
 """Inflated bytes that a compressed byte can at most stand for (deflate: 258 bytes in 2 bits;
 Zstandard: a block of 128 KiB in 4 bytes)."""
 _ZSTD_WINDOW: Final = 64 * 2**20
+_OPEN: Final[int] = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def sniff(head: bytes | memoryview) -> Container:
@@ -118,19 +120,33 @@ class Pieces:
 
 
 def open_file(path: Path) -> IO[bytes]:
-    """Open a file for reading.
+    """Open a file for reading; a pipe or a device is none, and opening it must not wait for anybody.
 
     Raises:
         MissingInputError: There is no such file.
-        InputError: It cannot be opened.
+        InputError: It cannot be opened, or is no regular file.
 
     """
     try:
-        return path.open("rb")
+        file = os.fdopen(os.open(path, _OPEN), "rb")
     except FileNotFoundError as error:
         raise MissingInputError("there is no such file", path=path) from error
     except OSError as error:
         raise InputError(f"cannot be opened ({error.strerror})", path=path) from error
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise InputError("this is no file but a pipe or a device", path=path, hint="save it to a file first")
+    return file
+
+
+def read_file(path: Path, most: int | None = None) -> bytes:
+    """Read a file at once, up to one byte more than `most`; raises as `open_file` does."""
+    with open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        try:
+            return file.read((size if most is None else min(size, most)) + 1)  # its memory is taken at once
+        except OSError as error:
+            raise InputError(f"cannot be read ({error.strerror})", path=path) from error
 
 
 def inflate(data: bytes, most: int, path: Path) -> bytes:

@@ -7,7 +7,6 @@ Nothing is decoded before somebody asks for an image.
 
 from __future__ import annotations
 
-import re
 import zlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
@@ -20,7 +19,7 @@ from tumtools.formats.rawlog.classes import DEPTH_CODES
 from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png
 from tumtools.images.depth import exact_counts
 from tumtools.images.png import SIGNATURE
-from tumtools.model.time import parse_stamp, ticks_to_stamp
+from tumtools.model.time import ticks_to_stamp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,7 +34,6 @@ _JPEG_MAGIC: Final = b"\xff\xd8"
 _INFRARED: Final = 1
 _METRES: Final = 1.0
 _DEFAULT_UNITS: Final = 0.001
-_STAMP_IN_NAME: Final = re.compile(r"(?:.*/)?(-?\d{1,10}\.\d{1,9})(?:-(\d{1,9}))?_(?:rgb|depth|ir)\.\w+")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +48,9 @@ class Picture:
         image: The `CImage`, for colour and infrared.
         scan: The scan, for embedded depth.
         units_per_metre: For depth: counts per metre, where it is in counts.
+        name: Name of the external file, kept where the image has been embedded since, if it is known.
+        beside: For depth in a scan that has its time from another image: the name of that one's file, empty
+            if it is embedded.
 
     """
 
@@ -60,20 +61,13 @@ class Picture:
     image: Record | None = None
     scan: Record | None = None
     units_per_metre: float | None = None
+    name: str | None = None
+    beside: str | None = None
 
     @property
     def stamp(self) -> int:
         """Time of the observation in nanoseconds."""
         return ticks_to_stamp(self.ticks)
-
-    @property
-    def named(self) -> tuple[int, int] | None:
-        """The stamp that the external file is named after, and its number among equal ones."""
-        match = _STAMP_IN_NAME.fullmatch(self.file) if self.file else None
-        try:
-            return (parse_stamp(match[1]), int(match[2] or 0)) if match else None
-        except ValueError:  # a number like a stamp, but beyond the year 2262
-            return None
 
     @property
     def nbytes(self) -> int:
@@ -140,20 +134,29 @@ def pictures_of(record: Record) -> Iterator[Picture]:
 
 
 def _pictures_of_scan(scan: Record) -> Iterator[Picture]:
-    if image := _usable(scan.child("intensity")):
+    image = _usable(scan.child("intensity"))
+    if image is not None:
         yield _picture_of_image(image, "ir" if scan.integer("channel") == _INFRARED else "rgb", scan)
-    units = units_per_metre(scan.number("range_units", _DEFAULT_UNITS))
-    time, label = scan.integer("time"), scan.text("label")
-    if _embedded_range(scan).size:
-        yield Picture("depth", time, label, scan=scan, units_per_metre=units)
-    elif scan.integer("has_range") and scan.integer("range_external") and scan.text("range_file"):
-        yield Picture("depth", time, label, file=scan.text("range_file"), units_per_metre=units)
+    embedded, external = bool(_embedded_range(scan).size), scan.integer("range_external")
+    name = scan.text("range_file")
+    if not embedded and not (scan.integer("has_range") and external and name):
+        return
+    yield Picture(
+        "depth",
+        scan.integer("time"),
+        scan.text("label"),
+        file=None if embedded else name,
+        scan=scan if embedded else None,
+        units_per_metre=units_per_metre(scan.number("range_units", _DEFAULT_UNITS)),
+        name=name or None,
+        beside=None if image is None else image.text("file"),
+    )
 
 
 def _picture_of_image(image: Record, stream: str, owner: Record) -> Picture:
     time, label = owner.integer("time"), owner.text("label")
     if image.integer("external"):
-        return Picture(stream, time, label, file=image.text("file"))
+        return Picture(stream, time, label, file=image.text("file"), name=image.text("file"))
     return Picture(stream, time, label, image=image)
 
 

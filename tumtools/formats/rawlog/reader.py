@@ -4,32 +4,37 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
-from tumtools.formats.rawlog import comment, describe
+from tumtools.formats.rawlog import comment, describe, report
 from tumtools.formats.rawlog.embedded import Embedded, pictures_in
+from tumtools.formats.rawlog.entries import Entry, count_of, make_entries
 from tumtools.formats.rawlog.externals import Folder
 from tumtools.formats.rawlog.labels import choose_labels
+from tumtools.formats.rawlog.signals import (
+    ACCELEROMETER,
+    GROUNDTRUTH,
+    GROUNDTRUTH_FILE,
+    fitting_layouts,
+    make_accelerometer,
+    read_groundtruth,
+)
+from tumtools.formats.rawlog.stamps import Origin
 from tumtools.formats.rawlog.survey import Place, Survey, survey
-from tumtools.formats.tum.text import parse
 from tumtools.model.camera import camera_of_name
 from tumtools.model.digest import from_strings
 from tumtools.model.sequence import (
     IMAGE_STREAMS,
     Frame,
     ImageStreamInfo,
-    Loss,
     Sequence,
     SequenceInfo,
 )
-from tumtools.model.signals import Accelerometer, Trajectory
-from tumtools.model.time import stamp_to_ticks
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -45,14 +50,8 @@ if TYPE_CHECKING:
     from tumtools.model.text import TextLayout
 
 SUFFIX: Final = ".rawlog"
-GROUNDTRUTH_FILE: Final = "groundtruth.txt"
-_GROUNDTRUTH: Final = "groundtruth"
-ACCELEROMETER: Final = "accelerometer"
-_FLOAT_TIME_ERROR_NS: Final = 1000
-"""A time that went through float64 is off by less than this; the file name then tells it exactly."""
 _METRES: Final = 1.0
 """Units per metre of depth that was in metres, not in counts."""
-_NO_PLACE: Final = "a sequence has no stream for it"
 
 
 def open(path: Path, options: ReadOptions) -> Sequence:  # noqa: A001 - the verb of every format
@@ -86,16 +85,6 @@ def find(path: Path) -> Path:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Entry:
-    """An image of the sequence."""
-
-    stream: str
-    stamp: int
-    row: int
-    place: Place
-
-
 class RawlogSequence(Sequence):
     """A sequence in a rawlog.
 
@@ -115,14 +104,22 @@ class RawlogSequence(Sequence):
         self._metadata = self._notes.metadata if self._notes else None
         labels = choose_labels(path, found, options, self._warnings)
         places = [place for place in found.places if labels.get(place.picture.stream) == place.picture.label]
-        self._entries = self._make_entries(places)
+        self._entries = make_entries(places, self._notes)
         self._stamps = {
             stream: np.array([entry.stamp for entry in entries], np.int64)
             for stream, entries in self._entries.items()
         }
-        self.accelerometer = self._make_accelerometer(found, labels.get(ACCELEROMETER))
-        self._drop_stale_notes()
-        self.groundtruth, text = self._read_groundtruth()
+        moved = count_of(self._entries, Origin.MOVED) > 0
+        self.accelerometer = make_accelerometer(
+            found.accelerations.get(labels[ACCELEROMETER]) if ACCELEROMETER in labels else None,
+            self._notes,
+            self._entries,
+            moved=moved,
+        )
+        text = self._fitting_layouts(found, moved=moved)
+        groundtruth = read_groundtruth(path.parent)
+        if groundtruth is not None:
+            self.groundtruth, text[GROUNDTRUTH] = groundtruth
         self.cameras = (
             self._notes.cameras
             if self._notes
@@ -150,95 +147,20 @@ class RawlogSequence(Sequence):
             )
             return None
 
-    def _make_entries(self, places: list[Place]) -> dict[str, list[_Entry]]:
-        """Give every image its stamp and its row; in the order of the rows."""
-        listed = self._notes.counts if self._notes else ()
-        by_stream: dict[str, list[Place]] = {stream: [] for stream in IMAGE_STREAMS if stream in listed}
-        for place in places:
-            by_stream.setdefault(place.picture.stream, []).append(place)
-        entries = {}
-        for stream, group in by_stream.items():
-            if self._notes:
-                group.sort(key=lambda place: place.picture.named or (self._stamp(place.picture), 0))
-            entries[stream] = [
-                _Entry(stream, self._stamp(place.picture), row, place) for row, place in enumerate(group)
-            ]
-        for stream, order in (self._metadata.row_order if self._metadata else {}).items():
-            if stream in entries and sorted(order) == list(range(len(entries[stream]))):
-                moved = [replace(entry, row=row) for entry, row in zip(entries[stream], order, strict=True)]
-                entries[stream] = sorted(moved, key=lambda entry: entry.row)
-        return {stream: entries[stream] for stream in IMAGE_STREAMS if stream in entries}
-
-    def _stamp(self, picture: Picture) -> int:
-        named = picture.named
-        if named is not None and (self._notes or abs(named[0] - picture.stamp) <= _FLOAT_TIME_ERROR_NS):
-            return named[0]
-        return picture.stamp
-
-    def _make_accelerometer(self, found: Survey, label: str | None) -> Accelerometer | None:
-        rows = found.accelerations.get(label) if label is not None else None
-        if rows is None:
-            return Accelerometer.empty() if self._notes and ACCELEROMETER in self._notes.counts else None
-        ticks = np.array(rows.ticks, np.uint64).astype(np.int64)
-        stamps = (ticks - stamp_to_ticks(0)) * 100
-        values = np.array(rows.values).reshape(-1, 3)
+    def _fitting_layouts(self, found: Survey, *, moved: bool) -> dict[str, TextLayout]:
         if self._notes is None:
-            # An object at the time of a frame has its time from the same float.
-            exact = {
-                entry.place.picture.ticks: entry.stamp
-                for entries in self._entries.values()
-                for entry in entries
-                if entry.stamp != entry.place.picture.stamp
-            }
-            for row in np.flatnonzero(np.isin(ticks, list(exact))).tolist() if exact else ():
-                stamps[row] = exact[int(ticks[row])]
-            return Accelerometer(stamps, values)
-        remainders = self._notes.accelerometer_remainders_ns
-        if len(remainders) == len(stamps):
-            stamps += np.array(remainders, np.int64)
-        order = np.array(self._notes.metadata.row_order.get(ACCELEROMETER, ()), np.int64)
-        if np.array_equal(np.sort(order), np.arange(len(stamps))):
-            back = np.argsort(order)
-            stamps, values = stamps[back], values[back]
-        return Accelerometer(stamps, values)
+            return {}
+        return fitting_layouts(
+            self._path,
+            self._notes,
+            self._stamps,
+            self.accelerometer,
+            self._warnings,
+            moved=moved,
+            damaged=found.damage is not None,
+        )
 
-    def _drop_stale_notes(self) -> None:
-        """Forget what the comment says of single rows of streams that have been cut since."""
-        if self._notes is None or self._metadata is None:
-            return
-        counts = {stream: len(stamps) for stream, stamps in self._stamps.items()}
-        if self.accelerometer is not None:
-            counts[ACCELEROMETER] = len(self.accelerometer)
-        text = dict(self._metadata.text)
-        for stream, layout in self._metadata.text.items():
-            if stream == _GROUNDTRUTH:
-                continue
-            now, written = counts.get(stream, 0), self._notes.counts.get(stream, 0)
-            if now != written:
-                text[stream] = replace(layout, overrides={}, tail="", final_newline=True)
-                self._warnings.append(
-                    f"{self._path}: {now} of the {written} rows of {stream} are there; "
-                    "the rawlog has been edited since it was written"
-                )
-        self._metadata = replace(self._metadata, text=text)
-
-    def _read_groundtruth(self) -> tuple[Trajectory | None, dict[str, TextLayout]]:
-        """Read the text file beside the rawlog."""
-        path = self._path.parent / GROUNDTRUTH_FILE
-        text = dict(self._metadata.text) if self._metadata else {}
-        try:
-            data = path.read_bytes()
-        except FileNotFoundError:
-            return None, text
-        except OSError as error:
-            raise InputError(f"cannot be read ({error.strerror})", path=path) from error
-        table = parse(data, _GROUNDTRUTH, str(path))
-        return Trajectory(table.stamps, table.values[:, :3], table.values[:, 3:]), {
-            **text,
-            _GROUNDTRUTH: table.layout,
-        }
-
-    def _is_there(self, entry: _Entry) -> bool:
+    def _is_there(self, entry: Entry) -> bool:
         name = entry.place.picture.file
         if name is None:
             return True
@@ -246,21 +168,16 @@ class RawlogSequence(Sequence):
         return self._folder.size(name) is not None
 
     def _add_warnings(self, found: Survey, labels: dict[str, str]) -> None:
-        warn, path = self._warnings.append, self._path
-        if found.damage is not None:
-            warn(f"{path}: {found.damage.message}; what is before it ({found.count} objects) is read")
-        if count := found.euclidean.get(labels.get("depth", ""), 0):
-            warn(
-                f"{path}: {count} depth images hold distances along the ray of each pixel "
-                "(range_is_depth = 0), not depth along the optical axis; they are given as they are"
-            )
-        if found.timeless:
-            warn(f"{path}: {found.timeless} observations have no time and are left out")
-        for stream in sorted(found.cameras_changed):
-            warn(f"{path}: the intrinsics of {stream} change; those of the first observation are given")
+        path, notes = self._path, self._notes
+        self._warnings += report.warnings_of(path, found, labels)
+        self._warnings += report.warnings_of_stamps(path, self._entries, notes)
+        self._warnings += report.warnings_of_files(path, self._entries)
+        self._warnings += report.warnings_of_groundtruth(path, notes, there=self.groundtruth is not None)
         if self._missing:
             name = self._missing[0].place.picture.file
-            warn(f"{path}: {len(self._missing)} external files are missing, the first is {name}")
+            self._warnings.append(
+                f"{path}: {len(self._missing)} external files are missing, the first is {name}"
+            )
 
     def _make_info(self, found: Survey, labels: dict[str, str], text: dict[str, TextLayout]) -> SequenceInfo:
         meta, stem = self._metadata, self._path.name.removesuffix(SUFFIX)
@@ -271,14 +188,16 @@ class RawlogSequence(Sequence):
             images={stream: self._image_info(stream, labels.get(stream, "")) for stream in self._entries},
             sources={
                 **({ACCELEROMETER: labels[ACCELEROMETER]} if ACCELEROMETER in labels else {}),
-                **({_GROUNDTRUTH: GROUNDTRUTH_FILE} if self.groundtruth is not None else {}),
+                **({GROUNDTRUTH: GROUNDTRUTH_FILE} if self.groundtruth is not None else {}),
             },
             text=text,
             frame_ids=dict(self._notes.frame_ids) if self._notes else {},
             licence=meta.licence if meta else None,
             citation=meta.citation if meta else None,
             digest=from_strings(found.digest) if found.digest else None,
-            not_carried=tuple(self._not_carried(found, labels)),
+            not_carried=tuple(
+                report.losses_of(found, labels, self._notes, has_groundtruth=self.groundtruth is not None)
+            ),
             warnings=tuple(self._warnings),
         )
 
@@ -303,19 +222,6 @@ class RawlogSequence(Sequence):
             depth_units_per_metre=image.depth_units_per_metre,
             compression=image.compression,
         )
-
-    def _not_carried(self, found: Survey, labels: dict[str, str]) -> Iterator[Loss]:
-        for (label, what), count in sorted(found.not_carried.items()):
-            yield Loss(label or "rawlog", what, count, _NO_PLACE)
-        others = Counter(
-            (place.picture.label, f"{place.picture.stream} image")
-            for place in found.places
-            if labels.get(place.picture.stream) != place.picture.label
-        )
-        for (label, what), count in sorted(others.items()):
-            yield Loss(label, what, count, "no or another sensor was chosen for the stream")
-        if found.comment and self._notes is None:
-            yield Loss("comment", "comment text", 1, _NO_PLACE)
 
     def details(self) -> Mapping[str, tuple[DetailRow, ...]]:
         """Return what is in the rawlog: the file, its classes, its sensors."""
@@ -348,7 +254,7 @@ class RawlogSequence(Sequence):
         self._check_present(wanted)
         return self._frames(wanted)
 
-    def _check_present(self, wanted: list[_Entry]) -> None:
+    def _check_present(self, wanted: list[Entry]) -> None:
         missing = [entry for entry in wanted if not self._is_there(entry)]
         if missing:
             name = missing[0].place.picture.file or ""
@@ -359,7 +265,7 @@ class RawlogSequence(Sequence):
                 hint="copy the folder of the images to the rawlog",
             )
 
-    def _frames(self, wanted: list[_Entry]) -> Iterator[Frame]:
+    def _frames(self, wanted: list[Entry]) -> Iterator[Frame]:
         embedded = Embedded(
             self._survey, {entry.place.key for entry in wanted if entry.place.picture.file is None}
         )

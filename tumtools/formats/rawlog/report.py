@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The tumtools authors
+# SPDX-License-Identifier: MIT
+"""What a user should know about a rawlog, and what of it a sequence cannot hold."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Final
+
+from tumtools.formats.rawlog.entries import count_of
+from tumtools.formats.rawlog.signals import GROUNDTRUTH, GROUNDTRUTH_FILE
+from tumtools.formats.rawlog.stamps import Origin
+from tumtools.model.sequence import Loss
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from tumtools.formats.rawlog.comment import Notes
+    from tumtools.formats.rawlog.entries import Entries
+    from tumtools.formats.rawlog.survey import Survey
+
+_TICK_DECIMALS: Final = 7
+_NO_PLACE: Final = "a sequence has no stream for it"
+
+
+def warnings_of(path: Path, found: Survey, labels: Mapping[str, str]) -> Iterator[str]:
+    """Tell what is odd in a rawlog.
+
+    Args:
+        path: The file.
+        found: What is in it.
+        labels: The sensor of each stream.
+
+    """
+    if found.damage is not None:
+        yield f"{path}: {found.damage.message}; what is before it ({found.count} objects) is read"
+    if count := found.euclidean.get(labels.get("depth", ""), 0):
+        yield (
+            f"{path}: {count} depth images hold distances along the ray of each pixel "
+            "(range_is_depth = 0), not depth along the optical axis; they are given as they are"
+        )
+    if found.timeless:
+        yield f"{path}: {found.timeless} observations have no time and are left out"
+    for stream in sorted(found.cameras_changed):
+        yield f"{path}: the intrinsics of {stream} change; those of the first observation are given"
+
+
+def warnings_of_stamps(path: Path, entries: Entries, notes: Notes | None) -> Iterator[str]:
+    """Tell of stamps that are not known exactly any more."""
+    images = sum(map(len, entries.values()))
+    if moved := count_of(entries, Origin.MOVED):
+        yield (
+            f"{path}: the times of {moved} of the {images} images are not those that their files are named "
+            "after: they have been changed since; the stamps are those of the rawlog"
+            + (f", and {GROUNDTRUTH_FILE} may have others" if notes else "")
+        )
+    if notes and (unknown := count_of(entries, Origin.PARTNER)):
+        yield (
+            f"{path}: the stamps of {unknown} depth images are lost, as their files have been renamed since; "
+            "they are given those of the images beside them"
+        )
+    for stream, layout in notes.metadata.text.items() if notes else ():
+        if layout.stamp_decimals > _TICK_DECIMALS and any(
+            entry.origin is Origin.TIME for entry in entries.get(stream, ())
+        ):
+            yield f"{path}: the stamps of embedded {stream} images are known to 100 ns only"
+
+
+def warnings_of_files(path: Path, entries: Entries) -> Iterator[str]:
+    """Tell of files that several images share."""
+    names = Counter(
+        (stream, entry.place.picture.file)
+        for stream, group in entries.items()
+        for entry in group
+        if entry.place.picture.file is not None
+    )
+    shared = [(stream, name, count) for (stream, name), count in names.items() if count > 1]
+    if shared:
+        stream, name, count = max(shared, key=lambda item: item[2])
+        more = f"; {len(shared) - 1} more files are shared" if len(shared) > 1 else ""
+        yield f"{path}: {count} {stream} images are the one file {name!r}{more}"
+
+
+def warnings_of_groundtruth(path: Path, notes: Notes | None, *, there: bool) -> Iterator[str]:
+    """Tell that the ground truth has been left behind."""
+    if notes and not there and GROUNDTRUTH in notes.metadata.streams:
+        yield (
+            f"{path.parent / GROUNDTRUTH_FILE}: the file is missing; the rawlog was written with it, and "
+            "without it there is no ground truth: copy it to the rawlog"
+        )
+
+
+def losses_of(
+    found: Survey, labels: Mapping[str, str], notes: Notes | None, *, has_groundtruth: bool
+) -> Iterator[Loss]:
+    """Yield what is in a rawlog, or was, and is not in its sequence."""
+    for (label, what), count in sorted(found.not_carried.items()):
+        yield Loss(label or "rawlog", what, count, _NO_PLACE)
+    others = Counter(
+        (place.picture.label, f"{place.picture.stream} image")
+        for place in found.places
+        if labels.get(place.picture.stream) != place.picture.label
+    )
+    for (label, what), count in sorted(others.items()):
+        yield Loss(label, what, count, "no or another sensor was chosen for the stream")
+    if found.comment and notes is None:
+        yield Loss("comment", "comment text", 1, _NO_PLACE)
+    if notes and not has_groundtruth and GROUNDTRUTH in notes.metadata.streams:
+        yield Loss(GROUNDTRUTH, "ground truth", 1, f"{GROUNDTRUTH_FILE} is not beside the rawlog")

@@ -11,6 +11,7 @@ import pytest
 
 from tests.formats.rawlog import made
 from tests.formats.rawlog.made import TICKS, image_record, imu, names_of, opened, save, scan, with_depth
+from tumtools.convert import convert
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError, UsageError
 from tumtools.formats.rawlog import embedded, reader
 from tumtools.formats.rawlog.archive import Record
@@ -175,6 +176,29 @@ def test_swapped_sizes_of_old_scans_are_undone(tmp_path: Path) -> None:
         camera_info = sequence.cameras["depth"]
         assert (camera_info.width, camera_info.height) == (640, 480)
         assert camera_info.k == (7, 0, 3, 0, 8, 2, 0, 0, 1)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"distortion": np.array([np.nan, *[0.0] * 7])},
+        {"fx_fy_cx_cy": np.array([np.inf, 7.5, 3.5, 2.5])},
+        {"rows": 2**32 - 1, "columns": 2**32 - 1},
+    ],
+)
+@pytest.mark.parametrize("to", ["rawlog", "mcap", "tum"])
+def test_intrinsics_that_are_no_cameras_are_left_out_and_told(
+    changes: dict[str, object], to: str, tmp_path: Path
+) -> None:
+    camera = made.camera()
+    camera.fields |= changes
+    record = scan(**with_depth(COUNTS), camera=camera)
+    with opened(save(tmp_path / "a.rawlog", record)) as sequence:
+        assert sequence.cameras == {}
+        assert "the intrinsics of depth in 1 observations are no camera's" in sequence.info.warnings[0]
+        report = convert(sequence, tmp_path / f"out{'.mcap' if to == 'mcap' else ''}", to)
+    assert report.verified
+    assert [loss.what for loss in report.losses if loss.stream == "depth"] == ["intrinsics"]
 
 
 def test_a_missing_external_file_is_warned_of_and_refused_when_images_are_wanted(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ class RawlogSequence(Sequence):
             raise found.damage
         self._survey = found
         self._warnings: list[str] = []
-        self._notes = self._read_notes(found)
+        self._notes = self._read_notes(found, options)
         self._metadata = self._notes.metadata if self._notes else None
         labels = choose_labels(path, found, options, self._warnings)
         places = [place for place in found.places if labels.get(place.picture.stream) == place.picture.label]
@@ -137,13 +137,33 @@ class RawlogSequence(Sequence):
 
     # --- the header -----------------------------------------------------------------------------------
 
-    def _read_notes(self, found: Survey) -> Notes | None:
-        try:
-            return comment.parse(found.comment)
-        except ValueError as error:
+    def _read_notes(self, found: Survey, options: ReadOptions) -> Notes | None:
+        """Read the comment of ours, if there is one.
+
+        Raises:
+            InputError: It is damaged, and nothing is to be salvaged.
+
+        """
+        ours = [one for one in found.comments if comment.is_ours(one.text)]
+        if len(ours) > 1:
             self._warnings.append(
-                f"{self._path}: the comment of tumtools cannot be read ({error}); "
-                "original stamps, header lines and decimals are those of the rawlog"
+                f"{self._path}: {len(ours)} rawlogs of tumtools have been put together in it; header lines, "
+                "decimals and the order of rows, which each has its own of, are left out"
+            )
+        if len(ours) != 1:
+            return None
+        try:
+            return comment.parse(ours[0].text)
+        except InputError as error:
+            if not options.salvage:
+                raise type(error)(
+                    error.message,
+                    path=self._path,
+                    location=f"object {ours[0].number}, offset {ours[0].offset}",
+                    hint=error.hint or "get the file again; --salvage reads it without its comment",
+                ) from error
+            self._warnings.append(
+                f"{self._path}: {error.message}; header lines, decimals and what else it says are left out"
             )
             return None
 

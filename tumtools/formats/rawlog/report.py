@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
+from tumtools.formats.rawlog.comment import is_ours
 from tumtools.formats.rawlog.entries import count_of
 from tumtools.formats.rawlog.signals import GROUNDTRUTH, GROUNDTRUTH_FILE
 from tumtools.formats.rawlog.stamps import Origin
@@ -42,6 +43,12 @@ def warnings_of(path: Path, found: Survey, labels: Mapping[str, str]) -> Iterato
         )
     if found.timeless:
         yield f"{path}: {found.timeless} observations have no time and are left out"
+    for (stream, label), count in sorted(found.cameras_refused.items()):
+        if labels.get(stream) == label:
+            yield (
+                f"{path}: the intrinsics of {stream} in {count} observations are no camera's (numbers that "
+                "are infinite or none, or an absurd size), and are left out; name the camera with --camera"
+            )
     for stream in sorted(found.cameras_changed):
         yield f"{path}: the intrinsics of {stream} change; those of the first observation are given"
 
@@ -97,14 +104,21 @@ def losses_of(
     """Yield what is in a rawlog, or was, and is not in its sequence."""
     for (label, what), count in sorted(found.not_carried.items()):
         yield Loss(label or "rawlog", what, count, _NO_PLACE)
-    others = Counter(
+    unchosen = Counter(
         (place.picture.label, f"{place.picture.stream} image")
         for place in found.places
         if labels.get(place.picture.stream) != place.picture.label
     )
-    for (label, what), count in sorted(others.items()):
+    for (label, what), count in sorted(unchosen.items()):
         yield Loss(label, what, count, "no or another sensor was chosen for the stream")
-    if found.comment and notes is None:
-        yield Loss("comment", "comment text", 1, _NO_PLACE)
+    for (stream, label), count in sorted(found.cameras_refused.items()):
+        if labels.get(stream) == label:
+            why = "no camera has them: numbers that are infinite or none, or an absurd size"
+            yield Loss(stream, "intrinsics", count, why)
+    if others := sum(not is_ours(one.text) for one in found.comments):
+        yield Loss("comment", "comment text", others, _NO_PLACE)
+    if notes is None and (ours := len(found.comments) - others):
+        why = "it is damaged" if ours == 1 else "each is about a part of the rawlog only"
+        yield Loss("comment", "comment of tumtools", ours, why)
     if notes and not has_groundtruth and GROUNDTRUTH in notes.metadata.streams:
         yield Loss(GROUNDTRUTH, "ground truth", 1, f"{GROUNDTRUTH_FILE} is not beside the rawlog")

@@ -85,6 +85,22 @@ class Place:
         return self.number, self.part
 
 
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A comment, and the object that holds it.
+
+    Attributes:
+        number: Number of the top-level object.
+        offset: Of the object, in the inflated stream.
+        text: What it says.
+
+    """
+
+    number: int
+    offset: int
+    text: str
+
+
 @dataclass(slots=True)
 class Survey:
     """What is in a rawlog.
@@ -94,13 +110,14 @@ class Survey:
         count: Top-level objects that could be read.
         classes: How many objects of each class name and version, as spelled in the file.
         sensors: By class and label.
-        comment: Text of the comments, but for a digest of ours.
-        digest: The digest that a comment of ours holds; empty if there is none.
+        comments: Comments in the order of the file, but for digests of ours.
+        digests: The digests that comments of ours hold.
         places: Every image with a time.
         first: First image of each stream and label, with what is embedded.
         accelerations: By label.
         cameras: First intrinsics of each stream and label.
         cameras_changed: Streams whose intrinsics change.
+        cameras_refused: Intrinsics that are no camera's, by stream and label.
         not_carried: By label and what it is.
         euclidean: Depth images that hold distances along the ray, by label.
         timeless: Images and accelerations without a time.
@@ -112,13 +129,14 @@ class Survey:
     count: int = 0
     classes: Counter[tuple[str, int]] = field(default_factory=Counter)
     sensors: dict[tuple[str, str], Sensor] = field(default_factory=dict)
-    comment: str = ""
-    digest: Mapping[str, str] = field(default_factory=dict)
+    comments: list[Comment] = field(default_factory=list)
+    digests: list[Mapping[str, str]] = field(default_factory=list)
     places: list[Place] = field(default_factory=list)
     first: dict[tuple[str, str], Picture] = field(default_factory=dict)
     accelerations: dict[str, Accelerations] = field(default_factory=dict)
     cameras: dict[tuple[str, str], CameraInfo] = field(default_factory=dict)
     cameras_changed: set[str] = field(default_factory=set)
+    cameras_refused: Counter[tuple[str, str]] = field(default_factory=Counter)
     not_carried: Counter[tuple[str, str]] = field(default_factory=Counter)
     euclidean: Counter[str] = field(default_factory=Counter)
     timeless: int = 0
@@ -150,7 +168,7 @@ class Survey:
             if imu is not None and imu.has_acceleration:
                 self._add_acceleration(imu, label, ticks)
             elif observation.type == "CObservationComment":
-                self._add_comment(observation.text("text"))
+                self._add_comment(Comment(number, observation.offset, observation.text("text")))
             elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
                 self.euclidean[label] += 1
 
@@ -168,6 +186,16 @@ class Survey:
             rows.ticks.frombytes(run.ticks.tobytes())
             rows.values.frombytes(run.values[:, :3].tobytes())
 
+    @property
+    def comment(self) -> str:
+        """Text of all comments."""
+        return "".join(found.text for found in self.comments)
+
+    @property
+    def digest(self) -> Mapping[str, str]:
+        """The digest of the content; empty if there is none, or several of what has been put together."""
+        return self.digests[0] if len(self.digests) == 1 else {}
+
     def candidates(self) -> dict[str, Counter[str]]:
         """Return the labels that give each stream, with the number of its images or rows."""
         found: dict[str, Counter[str]] = {}
@@ -177,12 +205,12 @@ class Survey:
             found.setdefault("accelerometer", Counter())[label] += len(rows.ticks)
         return found
 
-    def _add_comment(self, text: str) -> None:
-        digest = comment.parse_digest(text)
+    def _add_comment(self, found: Comment) -> None:
+        digest = comment.parse_digest(found.text)
         if digest is None:
-            self.comment += text
+            self.comments.append(found)
         else:
-            self.digest = digest
+            self.digests.append(digest)
 
     def _add_picture(self, number: int, part: int, picture: Picture) -> None:
         if not picture.ticks:
@@ -194,7 +222,9 @@ class Survey:
 
     def _add_cameras(self, observation: Record, label: str) -> None:
         for stream, camera in observations.cameras_of(observation):
-            if self.cameras.setdefault((stream, label), camera) != camera:
+            if not camera.is_plausible:
+                self.cameras_refused[stream, label] += 1
+            elif self.cameras.setdefault((stream, label), camera) != camera:
                 self.cameras_changed.add(stream)
 
     def _add_acceleration(self, imu: observations.Imu, label: str, ticks: int) -> None:

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import gzip
+import os
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,12 +15,14 @@ from tests.formats.rawlog import made
 from tests.formats.rawlog.made import TICKS, image_record, imu, names_of, opened, save, scan, with_depth
 from tumtools.convert import convert
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError, UsageError
-from tumtools.formats.rawlog import embedded, reader
+from tumtools.formats.rawlog import archive, embedded, reader
 from tumtools.formats.rawlog.archive import Record
+from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.observations import imu_of
 from tumtools.formats.rawlog.survey import survey
 from tumtools.images.codec import pixels_of
 from tumtools.model.time import ticks_to_stamp
+from tumtools.sources import open_source
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -117,6 +121,14 @@ def test_several_sensors_for_one_stream_are_listed_and_one_can_be_chosen(tmp_pat
         ]
     with pytest.raises(UsageError, match="no sensor 'X' gives depth"):
         opened(path, topics={"depth": "X"})
+
+
+def test_thousands_of_sensors_are_not_all_listed(tmp_path: Path) -> None:
+    labels = [f"{number:04}" + "x" * 99 for number in range(1000)]
+    path = save(tmp_path / "a.rawlog", *(imu(TICKS + n, label) for n, label in enumerate(labels)))
+    with pytest.raises(UsageError, match=r"several sensors give accelerometer: .* and 995 more") as caught:
+        opened(path)
+    assert len(str(caught.value)) < 1000
 
 
 def test_what_a_sequence_has_no_place_for_is_listed_with_counts(tmp_path: Path) -> None:
@@ -237,6 +249,53 @@ def test_an_unknown_class_ends_the_reading_with_what_is_before_it(tmp_path: Path
         opened(path)
     with opened(path, salvage=True) as sequence:
         np.testing.assert_array_equal(pixels_of(next(sequence.images()).load()), COUNTS)
+
+
+@pytest.mark.parametrize("name", [archive.NULL, archive.EMPTY])
+@pytest.mark.parametrize("old", [False, True])
+def test_a_rawlog_may_begin_with_nothing(name: str, old: bool, tmp_path: Path) -> None:
+    nothing = Record(name, 0, old_framing=old)
+    path = save(tmp_path / "a.rawlog", nothing, scan(**with_depth(COUNTS)))
+    with open_source(path) as sequence:
+        assert sequence.info.format == "rawlog"
+        assert names_of(sequence) == {"depth": [(STAMP, 0)]}
+
+
+def test_a_wrong_checksum_loses_nothing_that_was_read_before_it(tmp_path: Path) -> None:
+    path = made.written(made.typical(), tmp_path)
+    data = bytearray(path.read_bytes())
+    data[-5] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=r"before offset \d+ of the file: damaged gzip data"):
+        opened(path)
+    with opened(path, salvage=True) as sequence:
+        assert names_of(sequence) == names_of(made.typical())
+        assert not any("edited" in text for text in sequence.info.warnings)
+        assert [loss.what for loss in sequence.info.not_carried] == ["part behind the damage"]
+
+
+def test_a_second_member_that_was_hit_is_not_lost_in_silence(tmp_path: Path) -> None:
+    path = made.written(made.typical(), tmp_path)
+    more = bytearray(gzip.compress(CODEC.encode(imu())))
+    more[0] ^= 1
+    path.write_bytes(path.read_bytes() + more)
+    with pytest.raises(InputError, match="what follows a gzip member"):
+        opened(path)
+    with opened(path, salvage=True) as sequence:
+        assert "what follows a gzip member" in sequence.info.warnings[0]
+        assert [loss.what for loss in sequence.info.not_carried] == ["part behind the damage"]
+
+
+@pytest.mark.parametrize("victim", ["made_Images/{}", "groundtruth.txt"])
+def test_a_pipe_in_the_place_of_a_file_is_refused_and_not_waited_for(victim: str, tmp_path: Path) -> None:
+    path = made.written(made.typical(), tmp_path)
+    image = next((path.parent / "made_Images").glob("*_rgb.png")).name
+    file = path.parent / victim.format(image)
+    file.unlink()
+    os.mkfifo(file)
+    with pytest.raises(InputError, match="no file but a pipe"), opened(path) as sequence:
+        for frame in sequence.images():
+            frame.load()
 
 
 def test_the_folder_of_a_rawlog_will_do(tmp_path: Path) -> None:

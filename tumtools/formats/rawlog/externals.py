@@ -9,7 +9,6 @@ and leaves the files as they are, so the content tells which it is, not the vers
 
 from __future__ import annotations
 
-import os
 import struct
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
@@ -18,7 +17,7 @@ import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.rawlog import archive
-from tumtools.formats.rawlog.compression import inflate
+from tumtools.formats.rawlog.compression import inflate, read_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,7 +60,11 @@ class Folder:
 
         """
         parts = name.replace("\\", "/").split("/")
-        if not name or "\0" in name or parts[0] == "" or parts[0].endswith(":") or ".." in parts:
+        if not name or "\0" in name:
+            raise InputError(
+                f"the external file name {name[:100]!r} is the name of no file", path=self.rawlog
+            )
+        if parts[0] == "" or parts[0].endswith(":") or ".." in parts:
             raise InputError(
                 f"the external file name {name[:100]!r} leads out of the folder of the rawlog",
                 path=self.rawlog,
@@ -98,17 +101,13 @@ class Folder:
         """
         path = self.locate(name)
         try:
-            with path.open("rb") as file:
-                size = os.fstat(file.fileno()).st_size
-                data = file.read(min(size, _MAX_FILE) + 1)  # the memory for all of it is taken at once
-        except FileNotFoundError as error:
+            data = read_file(path, _MAX_FILE)
+        except MissingInputError as error:
             raise MissingInputError(
                 f"the external file of {self.rawlog.name} is missing",
                 path=path,
                 hint="copy the folder of the images to the rawlog",
             ) from error
-        except (OSError, ValueError) as error:
-            raise InputError(f"the external file cannot be read ({error})", path=path) from error
         if len(data) > _MAX_FILE:
             raise InputError(f"the external file has more than {_MAX_FILE} bytes", path=path)
         return data

@@ -102,6 +102,8 @@ def losses_of(
     found: Survey, labels: Mapping[str, str], notes: Notes | None, *, has_groundtruth: bool
 ) -> Iterator[Loss]:
     """Yield what is in a rawlog, or was, and is not in its sequence."""
+    if found.damage is not None:
+        yield Loss("rawlog", "part behind the damage", 1, found.damage.message)
     for (label, what), count in sorted(found.not_carried.items()):
         yield Loss(label or "rawlog", what, count, _NO_PLACE)
     unchosen = Counter(

@@ -9,7 +9,7 @@ import struct
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
 from tumtools.errors import InputError
 
@@ -33,5 +33,7 @@ def opened(data: bytes | memoryview, failure: str, *formats: str) -> Iterator[Im
     try:
         with Image.open(io.BytesIO(data), formats=formats or None) as picture:
             yield picture
+    except UnidentifiedImageError as error:
+        raise InputError(f"{failure}: it begins with {bytes(data[:12]).hex(' ') or 'nothing'}") from error
     except (OSError, SyntaxError, ValueError, struct.error, Image.DecompressionBombError) as error:
         raise InputError(f"{failure}: {error}") from error

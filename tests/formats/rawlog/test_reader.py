@@ -218,7 +218,7 @@ def test_a_missing_external_file_is_warned_of_and_refused_when_images_are_wanted
     victim = next((tmp_path / "made" / "made_Images").glob("*_rgb.png"))
     victim.unlink()
     with opened(path) as sequence:
-        assert any("1 external files are missing" in text for text in sequence.info.warnings)
+        assert any("1 external file is missing" in text for text in sequence.info.warnings)
         assert sum(1 for _ in sequence.images(["depth"])) == 3
         with pytest.raises(MissingInputError, match=victim.name):
             sequence.images()

@@ -34,6 +34,9 @@ _JPEG_MAGIC: Final = b"\xff\xd8"
 _INFRARED: Final = 1
 _METRES: Final = 1.0
 _DEFAULT_UNITS: Final = 0.001
+"""MRPT's; taken for units that no sensor has, too."""
+_PLAUSIBLE_UNITS: Final = (1e-9, 1e3)
+"""Metres per count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +50,7 @@ class Picture:
         file: Name of the external file; None if the image is embedded.
         image: The `CImage`, for colour and infrared.
         scan: The scan, for embedded depth.
-        units_per_metre: For depth: counts per metre, where it is in counts.
+        units_per_metre: For depth: counts per metre, where it is in counts; None if what is there cannot be.
         name: Name of the external file, kept where the image has been embedded since, if it is known.
         beside: For depth in a scan that has its time from another image: the name of that one's file, empty
             if it is embedded.
@@ -114,7 +117,8 @@ class Picture:
         else:
             raise InputError("the observation holds no depth", path=folder.rawlog)
         if not values.size:
-            raise InputError("the depth image has no pixels", path=folder.rawlog)
+            place = folder.rawlog if self.file is None else folder.locate(self.file)
+            raise InputError(f"the depth image has no pixels ({values.shape[0]} rows)", path=place)
         if values.dtype == np.uint16:
             return image_of_pixels(values, "16UC1", self.units_per_metre or 1 / _DEFAULT_UNITS)
         metres = values.astype(np.float32, copy=False)
@@ -153,6 +157,21 @@ def _pictures_of_scan(scan: Record) -> Iterator[Picture]:
     )
 
 
+def nameless(record: Record) -> Iterator[str]:
+    """Name the images of an observation that are said to be in a file whose name is empty."""
+    name = {"CObservation3DRangeScan": "intensity", "CObservationImage": "image"}.get(record.type)
+    image = record.child(name) if name else None
+    if image is not None and image.integer("external") and not image.text("file"):
+        yield "image"
+    if (
+        record.integer("has_range")
+        and record.integer("range_external")
+        and not record.text("range_file")
+        and not _embedded_range(record).size
+    ):
+        yield "depth image"
+
+
 def _picture_of_image(image: Record, stream: str, owner: Record) -> Picture:
     time, label = owner.integer("time"), owner.text("label")
     if image.integer("external"):
@@ -168,10 +187,13 @@ def _usable(image: Record | None) -> Record | None:
     return image if there else None
 
 
-def units_per_metre(range_units: float) -> float:
-    """Return counts per metre of a `rangeUnits`, the whole number where the float32 means one."""
-    if not range_units > 0 or not np.isfinite(1 / range_units):
-        return 1 / _DEFAULT_UNITS
+def units_per_metre(range_units: float) -> float | None:
+    """Return counts per metre of a `rangeUnits`, the whole number where the float32 means one.
+
+    None if no sensor has it: zero, negative, not a number, or beyond all measure.
+    """
+    if not _PLAUSIBLE_UNITS[0] <= range_units <= _PLAUSIBLE_UNITS[1]:
+        return None
     whole = round(1 / range_units)
     if whole and np.float32(1 / whole) == np.float32(range_units):
         return float(whole)
@@ -205,7 +227,14 @@ def _image_of_file(data: bytes) -> Image:
 def _image_of_record(image: Record) -> Image:
     jpeg = image.array("jpeg")
     if jpeg.size:
-        return image_of_jpeg(jpeg.tobytes())
+        found = image_of_jpeg(jpeg.tobytes())
+        announced = image.integer("width", found.width), image.integer("height", found.height)
+        if announced != (found.width, found.height):
+            raise InputError(
+                f"a JPEG file of {found.width} x {found.height} pixels in an image of "
+                f"{announced[0]} x {announced[1]}"
+            )
+        return found
     if image.version == 0:
         return _first_version(image)
     if image.integer("colour"):

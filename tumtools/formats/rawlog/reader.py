@@ -195,9 +195,9 @@ class RawlogSequence(Sequence):
         self._warnings += report.warnings_of_groundtruth(path, notes, there=self.groundtruth is not None)
         if self._missing:
             name = self._missing[0].place.picture.file
-            self._warnings.append(
-                f"{path}: {len(self._missing)} external files are missing, the first is {name}"
-            )
+            count = len(self._missing)
+            what = "1 external file is" if count == 1 else f"{count} external files are"
+            self._warnings.append(f"{path}: {what} missing, the first is {name!r}")
 
     def _make_info(self, found: Survey, labels: dict[str, str], text: dict[str, TextLayout]) -> SequenceInfo:
         meta, stem = self._metadata, self._path.name.removesuffix(SUFFIX)

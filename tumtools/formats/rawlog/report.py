@@ -41,6 +41,11 @@ def warnings_of(path: Path, found: Survey, labels: Mapping[str, str]) -> Iterato
             f"{path}: {count} depth images hold distances along the ray of each pixel "
             "(range_is_depth = 0), not depth along the optical axis; they are given as they are"
         )
+    if count := found.unitless.get(labels.get("depth", ""), 0):
+        yield (
+            f"{path}: {count} depth images have a unit that no sensor has (rangeUnits zero, negative or "
+            "absurd); their counts are taken for millimetres, as MRPT does by default"
+        )
     if found.timeless:
         yield f"{path}: {found.timeless} observations have no time and are left out"
     for (stream, label), count in sorted(found.cameras_refused.items()):
@@ -106,6 +111,8 @@ def losses_of(
         yield Loss("rawlog", "part behind the damage", 1, found.damage.message)
     for (label, what), count in sorted(found.not_carried.items()):
         yield Loss(label or "rawlog", what, count, _NO_PLACE)
+    for (label, what), count in sorted(found.nameless.items()):
+        yield Loss(label, what, count, "it is said to be in a file whose name is empty")
     unchosen = Counter(
         (place.picture.label, f"{place.picture.stream} image")
         for place in found.places

@@ -13,7 +13,7 @@ from tumtools.errors import InputError
 from tumtools.formats.rawlog import comment, observations
 from tumtools.formats.rawlog.archive import class_of
 from tumtools.formats.rawlog.objects import Objects
-from tumtools.formats.rawlog.pictures import Picture, pictures_of
+from tumtools.formats.rawlog.pictures import Picture, nameless, pictures_of
 from tumtools.formats.rawlog.runs import TICKS, Run
 
 if TYPE_CHECKING:
@@ -120,6 +120,8 @@ class Survey:
         cameras_refused: Intrinsics that are no camera's, by stream and label.
         not_carried: By label and what it is.
         euclidean: Depth images that hold distances along the ray, by label.
+        nameless: Images that are said to be in a file without a name, by label and what they are.
+        unitless: Depth images of counts whose unit no sensor has, by label.
         timeless: Images and accelerations without a time.
         damage: What ended the reading before the end of the file.
 
@@ -139,6 +141,8 @@ class Survey:
     cameras_refused: Counter[tuple[str, str]] = field(default_factory=Counter)
     not_carried: Counter[tuple[str, str]] = field(default_factory=Counter)
     euclidean: Counter[str] = field(default_factory=Counter)
+    nameless: Counter[tuple[str, str]] = field(default_factory=Counter)
+    unitless: Counter[str] = field(default_factory=Counter)
     timeless: int = 0
     damage: InputError | None = None
 
@@ -161,6 +165,8 @@ class Survey:
             imu = observations.imu_of(observation) if observation.type == "CObservationIMU" else None
             for what in observations.not_carried(observation, imu):
                 self.not_carried[label, what] += 1
+            for what in nameless(observation):
+                self.nameless[label, what] += 1
             for picture in pictures_of(observation):
                 self._add_picture(number, part, picture)
                 part += 1
@@ -216,6 +222,8 @@ class Survey:
         if not picture.ticks:
             self.timeless += 1
             return
+        if picture.stream == "depth" and picture.units_per_metre is None:
+            self.unitless[picture.label] += 1
         self.first.setdefault((picture.stream, picture.label), picture)
         bare = replace(picture, image=None, scan=None)
         self.places.append(Place(number, part, bare, picture.nbytes))

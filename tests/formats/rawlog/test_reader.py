@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import gzip
 import os
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,8 @@ from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.observations import imu_of
 from tumtools.formats.rawlog.survey import survey
 from tumtools.images.codec import pixels_of
-from tumtools.model.time import ticks_to_stamp
+from tumtools.model.text import TextLayout
+from tumtools.model.time import format_stamp, ticks_to_stamp
 from tumtools.sources import open_source
 
 if TYPE_CHECKING:
@@ -222,6 +224,31 @@ def test_a_missing_external_file_is_warned_of_and_refused_when_images_are_wanted
         assert sum(1 for _ in sequence.images(["depth"])) == 3
         with pytest.raises(MissingInputError, match=victim.name):
             sequence.images()
+
+
+@pytest.mark.parametrize("victim", [0, 1])
+def test_a_salvage_goes_on_without_the_files_that_are_missing(victim: int, tmp_path: Path) -> None:
+    source = made.typical()
+    stamp = int(source.image_stamps("rgb")[1])
+    literal = {
+        row: f"{format_stamp(int(t))} rgb/{row}.png" for row, t in enumerate(source.image_stamps("rgb"))
+    }
+    source.info = replace(source.info, text={"rgb": TextLayout(overrides=literal)})
+    path = made.written(source, tmp_path)
+    files = sorted((tmp_path / "made" / "made_Images").glob("*_rgb.png"))
+    files[victim].unlink()
+    with opened(path, salvage=True) as sequence:
+        assert sequence.info.images["rgb"].count == 2
+        assert sequence.info.images["rgb"].width == 8
+        assert (stamp in sequence.image_stamps("rgb").tolist()) is (victim == 0)
+        report = convert(sequence, tmp_path / "back", "tum")
+    assert report.verified
+    assert [(loss.stream, loss.what, loss.count) for loss in report.losses] == [
+        ("rgb", "images without their file", 1)
+    ]
+    assert sorted(file.name for file in (tmp_path / "back" / "rgb").iterdir()) == [
+        f"{row}.png" for row in range(3) if row != victim
+    ]
 
 
 def test_a_hostile_name_is_refused(tmp_path: Path) -> None:

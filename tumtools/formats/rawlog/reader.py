@@ -90,11 +90,16 @@ class RawlogSequence(Sequence):
 
     What is external is loaded by name; what is embedded is read in a second pass through the file, in
     which an image is held from where it stands to where its turn is.
+
+    Attributes:
+        missing: Images whose external file is missing. They are left out of a sequence that is salvaged.
+
     """
 
     def __init__(self, path: Path, options: ReadOptions) -> None:
         self._path = path
         self._folder = Folder(path)
+        self._salvage = options.salvage
         found = survey(path)
         if found.damage is not None and not options.salvage:
             raise found.damage
@@ -129,10 +134,12 @@ class RawlogSequence(Sequence):
                 if labels.get(stream) == label
             }
         )
-        self._missing = [
+        self.missing = tuple(
             entry for entries in self._entries.values() for entry in entries if not self._is_there(entry)
-        ]
+        )
         self._add_warnings(found, labels)
+        if options.salvage and self.missing:
+            text = self._leave_out_missing(text)
         self.info = self._make_info(found, labels, text)
 
     # --- the header -----------------------------------------------------------------------------------
@@ -180,6 +187,18 @@ class RawlogSequence(Sequence):
             damaged=found.damage is not None,
         )
 
+    def _leave_out_missing(self, text: dict[str, TextLayout]) -> dict[str, TextLayout]:
+        """Go on with the images that are there, their rows numbered anew; return the layouts for them."""
+        missing = {(entry.stream, entry.row) for entry in self.missing}
+        layouts = dict(text)
+        for stream, entries in self._entries.items():
+            kept = [entry for entry in entries if (stream, entry.row) not in missing]
+            if stream in layouts:
+                layouts[stream] = layouts[stream].select([entry.row for entry in kept])
+            self._entries[stream] = [replace(entry, row=row) for row, entry in enumerate(kept)]
+            self._stamps[stream] = np.array([entry.stamp for entry in kept], np.int64)
+        return layouts
+
     def _is_there(self, entry: Entry) -> bool:
         name = entry.place.picture.file
         if name is None:
@@ -193,9 +212,9 @@ class RawlogSequence(Sequence):
         self._warnings += report.warnings_of_stamps(path, self._entries, notes)
         self._warnings += report.warnings_of_files(path, self._entries)
         self._warnings += report.warnings_of_groundtruth(path, notes, there=self.groundtruth is not None)
-        if self._missing:
-            name = self._missing[0].place.picture.file
-            count = len(self._missing)
+        if self.missing:
+            name = self.missing[0].place.picture.file
+            count = len(self.missing)
             what = "1 external file is" if count == 1 else f"{count} external files are"
             self._warnings.append(f"{path}: {what} missing, the first is {name!r}")
 
@@ -215,8 +234,9 @@ class RawlogSequence(Sequence):
             licence=meta.licence if meta else None,
             citation=meta.citation if meta else None,
             digest=from_strings(found.digest) if found.digest else None,
-            not_carried=tuple(
-                report.losses_of(found, labels, self._notes, has_groundtruth=self.groundtruth is not None)
+            not_carried=(
+                *report.losses_of(found, labels, self._notes, has_groundtruth=self.groundtruth is not None),
+                *report.losses_of_files(entry.stream for entry in (self.missing if self._salvage else ())),
             ),
             warnings=tuple(self._warnings),
         )
@@ -227,6 +247,9 @@ class RawlogSequence(Sequence):
         sizes = (entry.place.nbytes or self._folder.size(entry.place.picture.file or "") for entry in entries)
         info = replace(info, nbytes=sum(size or 0 for size in sizes))
         picture = self._survey.first.get((stream, label))
+        if picture is None or picture.file is not None:
+            there = (entry.place.picture for entry in entries if self._is_there(entry))
+            picture = next((one for one in there if one.file is not None), picture)
         try:
             image = None if picture is None else self._load(picture)
         except InputError:
@@ -270,9 +293,14 @@ class RawlogSequence(Sequence):
             for entry in entries
             if (start is None or entry.stamp >= start) and (end is None or entry.stamp <= end)
         ]
-        wanted.sort(key=lambda entry: (entry.stamp, IMAGE_STREAMS.index(entry.stream), entry.row))
         self._check_present(wanted)
         return self._frames(wanted)
+
+    def present_images(self) -> Iterator[Frame]:
+        """Yield the images that are there, in order of time; what is missing is in `missing`."""
+        missing = {(entry.stream, entry.row) for entry in self.missing}
+        every = [entry for entries in self._entries.values() for entry in entries]
+        return self._frames([one for one in every if self._salvage or (one.stream, one.row) not in missing])
 
     def _check_present(self, wanted: list[Entry]) -> None:
         missing = [entry for entry in wanted if not self._is_there(entry)]
@@ -285,7 +313,8 @@ class RawlogSequence(Sequence):
                 hint="copy the folder of the images to the rawlog",
             )
 
-    def _frames(self, wanted: list[Entry]) -> Iterator[Frame]:
+    def _frames(self, entries: list[Entry]) -> Iterator[Frame]:
+        wanted = sorted(entries, key=lambda one: (one.stamp, IMAGE_STREAMS.index(one.stream), one.row))
         embedded = Embedded(
             self._survey, {entry.place.key for entry in wanted if entry.place.picture.file is None}
         )

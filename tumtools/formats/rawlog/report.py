@@ -14,7 +14,7 @@ from tumtools.formats.rawlog.stamps import Origin
 from tumtools.model.sequence import Loss
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
     from tumtools.formats.rawlog.comment import Notes
@@ -92,6 +92,12 @@ def warnings_of_files(path: Path, entries: Entries) -> Iterator[str]:
         stream, name, count = max(shared, key=lambda item: item[2])
         more = f"; {len(shared) - 1} more files are shared" if len(shared) > 1 else ""
         yield f"{path}: {count} {stream} images are the one file {name!r}{more}"
+
+
+def losses_of_files(streams: Iterable[str]) -> Iterator[Loss]:
+    """Yield the images that are left out because their files are missing, one by one in `streams`."""
+    for stream, count in sorted(Counter(streams).items()):
+        yield Loss(stream, "images without their file", count, "their external files are missing")
 
 
 def warnings_of_groundtruth(path: Path, notes: Notes | None, *, there: bool) -> Iterator[str]:

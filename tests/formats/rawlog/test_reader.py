@@ -94,6 +94,31 @@ def test_embedded_images_in_any_order_come_in_time_order(
                 np.testing.assert_array_equal(pixels_of(frame.load()), COUNTS + number)
 
 
+@pytest.mark.parametrize("order", ["forward", "backward", "shuffled"])
+def test_there_are_no_more_passes_through_the_file_than_images_can_be_held(
+    order: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    numbers = list(range(40))
+    if order == "shuffled":
+        np.random.default_rng(0).shuffle(numbers)
+    colour = {"has_intensity": 1, "intensity": image_record(PIXELS)}
+    scans = [
+        scan(TICKS + FRAME_TICKS * number, **with_depth(COUNTS + number), **colour) for number in numbers
+    ]
+    path = save(tmp_path / "a.rawlog", *(scans[::-1] if order == "backward" else scans))
+    passes = []
+    monkeypatch.setattr(embedded, "_HELD_BYTES", 10 * (COUNTS.nbytes + PIXELS.nbytes))
+    original = embedded.pictures_in
+    monkeypatch.setattr(embedded, "pictures_in", lambda found: passes.append(1) or original(found))
+    with opened(path) as sequence:
+        for number, frame in enumerate(sequence.images(["depth"])):
+            np.testing.assert_array_equal(pixels_of(frame.load()), COUNTS + number)
+        assert len(passes) <= (1 if order == "forward" else 3)
+        passes.clear()
+        assert sum(1 for _ in sequence.images()) == 80
+        assert len(passes) <= (1 if order == "forward" else 6)
+
+
 def test_a_choice_of_times_reads_only_these(tmp_path: Path) -> None:
     scans = [scan(TICKS + FRAME_TICKS * number, **with_depth(COUNTS)) for number in range(5)]
     with opened(save(tmp_path / "a.rawlog", *scans)) as sequence:

@@ -79,6 +79,18 @@ class Picture:
             return max(self.image.array(name).nbytes for name in ("data", "zlib", "jpeg"))
         return 0 if self.scan is None else _embedded_range(self.scan).nbytes
 
+    def detached(self) -> Picture:
+        """Return the picture without anything else of its observation, and not as a view of the file."""
+        if self.image is not None:
+            return replace(self, image=_copied(self.image, *self.image.fields))
+        if self.scan is None:
+            return self
+        matrix = self.scan.child("range_matrix")
+        scan = _copied(self.scan, "rows", "columns", "range")
+        if matrix is not None:
+            scan.fields["range_matrix"] = _copied(matrix, *matrix.fields)
+        return replace(self, scan=scan)
+
     def load(self, folder: externals.Folder, exact_units_per_metre: float | None = None) -> Image:
         """Decode the image, or wrap the file that it is.
 
@@ -127,6 +139,13 @@ class Picture:
             if counts is not None:
                 return image_of_pixels(counts, "16UC1", exact_units_per_metre)
         return image_of_pixels(np.where(metres == 0, np.float32(np.nan), metres), "32FC1", _METRES)
+
+
+def _copied(record: Record, *names: str) -> Record:
+    """Return a record with some of its fields, their arrays copied."""
+    there = {name: record.fields[name] for name in names if name in record}
+    fields = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in there.items()}
+    return replace(record, fields=fields)
 
 
 def pictures_of(record: Record) -> Iterator[Picture]:

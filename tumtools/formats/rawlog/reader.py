@@ -12,7 +12,7 @@ import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.rawlog import comment, describe, report
-from tumtools.formats.rawlog.embedded import Embedded, pictures_in
+from tumtools.formats.rawlog.embedded import Embedded
 from tumtools.formats.rawlog.entries import Entry, count_of, make_entries
 from tumtools.formats.rawlog.externals import Folder
 from tumtools.formats.rawlog.labels import choose_labels
@@ -25,7 +25,7 @@ from tumtools.formats.rawlog.signals import (
     read_groundtruth,
 )
 from tumtools.formats.rawlog.stamps import Origin
-from tumtools.formats.rawlog.survey import Place, Survey, survey
+from tumtools.formats.rawlog.survey import Survey, survey
 from tumtools.model.camera import camera_of_name
 from tumtools.model.digest import from_strings
 from tumtools.model.sequence import (
@@ -316,22 +316,15 @@ class RawlogSequence(Sequence):
     def _frames(self, entries: list[Entry]) -> Iterator[Frame]:
         wanted = sorted(entries, key=lambda one: (one.stamp, IMAGE_STREAMS.index(one.stream), one.row))
         embedded = Embedded(
-            self._survey, {entry.place.key for entry in wanted if entry.place.picture.file is None}
+            self._survey, [entry.place for entry in wanted if entry.place.picture.file is None]
         )
         frame_ids = self._notes.frame_ids if self._notes else {}
         for entry in wanted:
             place = entry.place
             picture = place.picture if place.picture.file is not None else embedded.take(place)
-            load = partial(self._load, picture) if picture else partial(self._load_again, place)
+            load = partial(self._load, picture)
             yield Frame(entry.stream, entry.stamp, entry.row, load, frame_ids.get(entry.stream))
 
     def _load(self, picture: Picture) -> Image:
         units = self._metadata.depth_units_per_metre if self._metadata else None
         return picture.load(self._folder, None if units == _METRES else units)
-
-    def _load_again(self, place: Place) -> Image:
-        """Read an embedded image that was not held, from the beginning of the file."""
-        for key, picture in pictures_in(self._survey):
-            if key == place.key:
-                return self._load(picture)
-        raise InputError(f"object {place.number} is not there any more", path=self._path)

@@ -102,7 +102,7 @@ def test_text_depth(folder: Folder) -> None:
     np.testing.assert_array_equal(read_depth(folder, "counts.txt"), COUNTS)
     np.testing.assert_array_equal(read_depth(folder, "metres.txt"), METRES)
     (folder.path / "bad.txt").write_text("1 2\n3\n")
-    with pytest.raises(InputError, match=r"bad\.txt: the depth file is no text matrix"):
+    with pytest.raises(InputError, match=r"bad\.txt, row 1: the depth file is no text matrix"):
         read_depth(folder, "bad.txt")
 
 

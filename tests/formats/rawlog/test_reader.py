@@ -17,6 +17,7 @@ from tests.formats.rawlog.made import TICKS, image_record, imu, names_of, opened
 from tumtools.convert import convert
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError, UsageError
 from tumtools.formats.rawlog import archive, embedded, reader
+from tumtools.formats.rawlog import survey as survey_module
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.observations import imu_of
@@ -117,6 +118,14 @@ def test_there_are_no_more_passes_through_the_file_than_images_can_be_held(
         passes.clear()
         assert sum(1 for _ in sequence.images()) == 80
         assert len(passes) <= (1 if order == "forward" else 6)
+
+
+def test_the_first_image_need_not_be_held_to_be_described(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(survey_module, "_HELD_BYTES", 1)
+    with opened(save(tmp_path / "a.rawlog", imu(), scan(**with_depth(COUNTS)))) as sequence:
+        assert (sequence.info.images["depth"].width, sequence.info.images["depth"].encoding) == (8, "16UC1")
 
 
 def test_a_choice_of_times_reads_only_these(tmp_path: Path) -> None:

@@ -203,31 +203,52 @@ def read_file(path: Path, most: int | None = None) -> bytes:
             raise InputError(f"cannot be read ({error.strerror})", path=path) from error
 
 
-def inflate(data: bytes, most: int, path: Path) -> bytes:
+def inflate(data: bytes, most: int, path: Path, *, cut: bool = False) -> bytes:
     """Inflate a small file at once, up to `most` bytes.
+
+    Args:
+        data: The file.
+        most: Bytes that it may inflate to.
+        path: Of the file, for messages.
+        cut: Return one byte more than these if it inflates to more, instead of failing.
 
     Raises:
         InputError: It is damaged, or larger than that.
 
     """
+    result, whole = _inflated(data, most + 1, path)
+    if not whole and len(result) <= most:
+        raise InputError("the gzip data ends too early", path=path, hint="copy the file again")
+    if len(result) > most and not cut:
+        raise InputError(f"inflates to more than {most} bytes", path=path)
+    return result[: most + 1]
+
+
+def inflated_start(data: bytes, size: int, path: Path) -> bytes:
+    """Return the first bytes of an inflated file.
+
+    Raises:
+        InputError: It is damaged.
+
+    """
+    return _inflated(data, size, path)[0][:size]
+
+
+def _inflated(data: bytes, size: int, path: Path) -> tuple[bytes, bool]:
+    """Inflate up to so many bytes; tell whether the end of a gzip member has been reached."""
     try:
         match sniff(data):
             case "gzip":
                 member = isal_zlib.decompressobj(_GZIP)
-                result = member.decompress(data, most + 1)
-                whole = member.eof or len(result) > most
+                result = member.decompress(data, size)
+                return result, member.eof
             case "zstd":
                 reader = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW).stream_reader(data)
-                result, whole = reader.read(most + 1), True
+                return reader.read(size), True
             case _:
-                result, whole = data, True
+                return data, True
     except (IsalError, zstandard.ZstdError) as error:  # type: ignore[misc]  # its stub is wrong
         raise InputError(f"damaged compression ({error})", path=path, hint="copy the file again") from error
-    if not whole:
-        raise InputError("the gzip data ends too early", path=path, hint="copy the file again")
-    if len(result) > most:
-        raise InputError(f"inflates to more than {most} bytes", path=path)
-    return result
 
 
 class Deflater(Protocol):

@@ -18,6 +18,8 @@ from tumtools.formats.rawlog import archive, externals
 from tumtools.formats.rawlog.classes import DEPTH_CODES
 from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png
 from tumtools.images.depth import exact_counts
+from tumtools.images.limits import check_size
+from tumtools.images.parallel import take_room
 from tumtools.images.png import SIGNATURE
 from tumtools.model.time import ticks_to_stamp
 
@@ -131,6 +133,7 @@ class Picture:
         if not values.size:
             place = folder.rawlog if self.file is None else folder.locate(self.file)
             raise InputError(f"the depth image has no pixels ({values.shape[0]} rows)", path=place)
+        check_size(values.shape[1], values.shape[0])
         if values.dtype == np.uint16:
             return image_of_pixels(values, "16UC1", self.units_per_metre or 1 / _DEFAULT_UNITS)
         metres = values.astype(np.float32, copy=False)
@@ -258,6 +261,7 @@ def _image_of_record(image: Record) -> Image:
         return _first_version(image)
     if image.integer("colour"):
         shape = abs(image.integer("height")), abs(image.integer("width")), 3
+        check_size(*shape[:2])
         return image_of_pixels(image.array("data").reshape(shape), "rgb8" if image.version >= 10 else "bgr8")  # noqa: PLR2004 - since MRPT 3
     return _grey(image)
 
@@ -267,6 +271,7 @@ def _first_version(image: Record) -> Image:
     if channels not in {1, 3}:
         raise UnsupportedInputError(f"images with {channels} channels are not read")
     shape = (image.integer("height"), image.integer("width"), channels)
+    check_size(*shape[:2])
     pixels = image.array("data").reshape(shape)
     if not image.integer("origin_top_left"):
         pixels = pixels[::-1]
@@ -283,9 +288,11 @@ def _grey(image: Record) -> Image:
     dtype = np.dtype(DEPTH_CODES[code])
     width, height, size = image.integer("width"), image.integer("height"), image.integer("byte_count")
     data = image.array("data")
+    check_size(width, height)
     if image.array("zlib").size:
         if not 0 <= size <= archive.MAX_FIELD:
             raise InputError(f"a grey image of {size} bytes")
+        take_room(size)
         try:
             inflated = zlib.decompressobj().decompress(image.array("zlib").tobytes(), size + 1)
         except zlib.error as error:

@@ -248,8 +248,10 @@ class RawlogSequence(Sequence):
         info = replace(info, nbytes=sum(size or 0 for size in sizes))
         picture = self._survey.first.get((stream, label))
         if picture is None or picture.file is not None:
-            there = (entry.place.picture for entry in entries if self._is_there(entry))
-            picture = next((one for one in there if one.file is not None), picture)
+            place = next((entry.place for entry in entries if self._is_there(entry)), None)
+            if place is not None:
+                is_file = place.picture.file is not None
+                picture = place.picture if is_file else Embedded(self._survey, [place]).take(place)
         try:
             image = None if picture is None else self._load(picture)
         except InputError:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from tumtools.model.camera import CameraInfo
 
 _WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage", "CObservationIMU"})
+_HELD_BYTES: Final = 64 * 2**20
+"""First images are held up to this size; a rawlog may have thousands of sensors."""
 _COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
 
 
@@ -113,7 +115,7 @@ class Survey:
         comments: Comments in the order of the file, but for digests of ours.
         digests: The digests that comments of ours hold.
         places: Every image with a time.
-        first: First image of each stream and label, with what is embedded.
+        first: First image of each stream and label, with what is embedded; of the first of those sensors.
         accelerations: By label.
         cameras: First intrinsics of each stream and label.
         cameras_changed: Streams whose intrinsics change.
@@ -145,6 +147,7 @@ class Survey:
     unitless: Counter[str] = field(default_factory=Counter)
     timeless: int = 0
     damage: InputError | None = None
+    _held_bytes: int = 0
 
     def add(self, number: int, record: Record) -> None:
         """Take a top-level object in."""
@@ -224,7 +227,10 @@ class Survey:
             return
         if picture.stream == "depth" and picture.units_per_metre is None:
             self.unitless[picture.label] += 1
-        self.first.setdefault((picture.stream, picture.label), picture)
+        sensor = (picture.stream, picture.label)
+        if sensor not in self.first and self._held_bytes + picture.nbytes <= _HELD_BYTES:
+            self.first[sensor] = picture.detached()
+            self._held_bytes += picture.nbytes
         bare = replace(picture, image=None, scan=None)
         self.places.append(Place(number, part, bare, picture.nbytes))
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 from tests.made import Made, made
 from tumtools.images.codec import image_of_pixels, pixels_of
-from tumtools.transform import Selection, first_stamp, rescale_depth, select, without
+from tumtools.transform import Selection, first_stamp, rescale_depth, select, transform_losses, without
 
 if TYPE_CHECKING:
     from tumtools.model.image import Image
@@ -101,9 +102,49 @@ def _depth(image: Image) -> list[list[int]]:
 
 def test_depth_of_the_unit_wanted_is_not_touched() -> None:
     sequence = made(depth=[SECOND])
+    rescaled = rescale_depth(sequence, 5000.0)
+    assert rescaled.info == sequence.info
+    before, after = (next(one.images()).load() for one in (sequence, rescaled))
+    assert (before.png, before.pixels) == (after.png, after.pixels)
+    images = {"depth": replace(sequence.info.images["depth"], is_uniform=True)}
+    sequence.info = replace(sequence.info, images=images)
     assert rescale_depth(sequence, 5000.0) is sequence
     without_depth = made()
     assert rescale_depth(without_depth, 1000.0) is without_depth
+
+
+def test_each_depth_image_is_rescaled_from_its_own_unit_whatever_the_first_has() -> None:
+    counts = np.array([[1000, 0]], np.uint16)
+    images = [
+        image_of_pixels(counts * 5, "16UC1", 5000.0),
+        image_of_pixels(counts, "16UC1", 1000.0),
+        image_of_pixels(np.array([[1.0, np.nan]], np.float32), "32FC1", 1.0),
+        image_of_pixels(np.array([[1, 0]], np.uint16), "16UC1", 3000.0),
+    ]
+    for order in ([0, 1, 2, 3], [2, 3, 1, 0]):
+        left = [images[number] for number in order]
+        sequence = _with_depth(counts, images[order[0]].encoding, images[order[0]].depth_units_per_metre or 0)
+        sequence.load_depth = lambda left=left: left.pop(0)  # type: ignore[misc]
+        sequence._stamps["depth"] = np.arange(4) * SECOND
+        rescaled = rescale_depth(sequence, 5000.0)
+        found = [_depth(frame.load()) for frame in rescaled.images(["depth"])]
+        assert [found[order.index(number)] for number in range(4)] == [[[5000, 0]]] * 3 + [[[2, 0]]]
+        assert [(loss.what, loss.count) for loss in transform_losses(rescaled)] == [("pixels rounded", 1)]
+
+
+def test_metres_among_counts_become_counts_where_any_counts_will_do() -> None:
+    counts = np.array([[1000, 0]], np.uint16)
+    left = [
+        image_of_pixels(counts, "16UC1", 1000.0),
+        image_of_pixels(np.array([[1.0, np.nan]], np.float32), "32FC1", 1.0),
+    ]
+    sequence = _with_depth(counts, "16UC1", 1000.0)
+    sequence.load_depth = lambda: left.pop(0)
+    loaded = [frame.load() for frame in rescale_depth(sequence, None, 5000.0).images(["depth"])]
+    assert [(image.encoding, image.depth_units_per_metre) for image in loaded] == [
+        ("16UC1", 1000.0),
+        ("16UC1", 5000.0),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,7 @@ def _tum_files(folder: Path) -> Iterator[str]:
 
 def _rawlog_files(folder: Path) -> Iterator[str]:
     from tumtools.formats.rawlog.externals import Folder  # noqa: PLC0415 - for its folders only
-    from tumtools.formats.rawlog.reader import GROUNDTRUTH_FILE  # noqa: PLC0415 - as above
+    from tumtools.formats.rawlog.signals import GROUNDTRUTH_FILE  # noqa: PLC0415 - as above
     from tumtools.formats.rawlog.survey import survey  # noqa: PLC0415 - as above
 
     yield GROUNDTRUTH_FILE

@@ -156,25 +156,42 @@ def without(sequence: Sequence, streams: Collection[str]) -> Sequence:
 class RescaledDepth(Sequence):
     """A sequence whose depth is in counts of another unit. What the rounding changes is counted.
 
+    Each image is looked at on its own: recordings may hold counts of several units, and metres.
+
     Args:
         sequence: With depth in counts or in metres.
-        units_per_metre: Wanted.
+        units_per_metre: Wanted; None if any counts will do.
+        of_metres: The unit of depth that is in metres, where any counts will do; None to keep it.
+
+    Attributes:
+        is_expected: Whether the first image tells already that there is something to do.
 
     """
 
-    def __init__(self, sequence: Sequence, units_per_metre: float) -> None:
+    def __init__(
+        self, sequence: Sequence, units_per_metre: float | None, of_metres: float | None = None
+    ) -> None:
         self.inner = sequence
         self._units = units_per_metre
+        self._of_metres = of_metres
         self._lock = Lock()
-        self._roundings: dict[int, Rounding] = {}
+        self._roundings: dict[int, tuple[float, Rounding]] = {}
         self.groundtruth = sequence.groundtruth
         self.accelerometer = sequence.accelerometer
         self.cameras = sequence.cameras
         images = dict(sequence.info.images)
-        images["depth"] = replace(
-            images["depth"], encoding="16UC1", depth_units_per_metre=units_per_metre, compression=None
-        )
+        first = images["depth"]
+        units = self._wanted(first.encoding, first.depth_units_per_metre)
+        self.is_expected = units is not None
+        if units is not None:
+            images["depth"] = replace(first, encoding="16UC1", depth_units_per_metre=units, compression=None)
         self.info = replace(sequence.info, images=images)
+
+    def _wanted(self, encoding: str | None, units_per_metre: float | None) -> float | None:
+        """Return the unit that depth has to be brought into; None if it may stay as it is."""
+        is_metres = encoding == "32FC1"
+        units = self._units or (self._of_metres if is_metres else None)
+        return None if units == units_per_metre and not is_metres else units
 
     def image_stamps(self, stream: str) -> npt.NDArray[np.int64]:
         """Return the stamps of the inner sequence."""
@@ -189,32 +206,35 @@ class RescaledDepth(Sequence):
 
     def _load(self, frame: Frame) -> Image:
         image = frame.load()
-        if image.depth_units_per_metre == self._units and image.encoding == "16UC1":
+        units = self._wanted(image.encoding, image.depth_units_per_metre)
+        if units is None:
             return image
         pixels = pixels_of(image)
         if image.encoding == "32FC1":
-            counts, rounding = to_counts(pixels.astype(np.float32, copy=False), self._units)
+            counts, rounding = to_counts(pixels.astype(np.float32, copy=False), units)
         else:
             counts, rounding = rescale_counts(
-                pixels.astype(np.uint16, copy=False), image.depth_units_per_metre or 1.0, self._units
+                pixels.astype(np.uint16, copy=False), image.depth_units_per_metre or 1.0, units
             )
-        with self._lock:
-            self._roundings[frame.row] = rounding
-        return image_of_pixels(counts, "16UC1", self._units)
+        if rounding != EXACT:
+            with self._lock:
+                self._roundings[frame.row] = units, rounding
+        return image_of_pixels(counts, "16UC1", units)
 
     def losses(self) -> tuple[Loss, ...]:
         """Return what has been changed in the frames loaded so far."""
-        total = sum(self._roundings.values(), EXACT)
         losses = []
-        if total.inexact:
-            why = f"the target holds multiples of 1/{self._units:g} m"
-            losses.append(
-                Loss("depth", "pixels rounded", total.inexact, why, total.largest_error, "m", ("pixels",))
-            )
-        if total.clipped:
-            why = f"the target holds 0 to {65535 / self._units:.3f} m"
-            what = "pixels out of range, now without a reading"
-            losses.append(Loss("depth", what, total.clipped, why, alters=("pixels",)))
+        for units in sorted({units for units, _ in self._roundings.values()}):
+            total = sum((one for of, one in self._roundings.values() if of == units), EXACT)
+            if total.inexact:
+                why = f"the target holds multiples of 1/{units:g} m"
+                losses.append(
+                    Loss("depth", "pixels rounded", total.inexact, why, total.largest_error, "m", ("pixels",))
+                )
+            if total.clipped:
+                why = f"the target holds 0 to {65535 / units:.3f} m"
+                what = "pixels out of range, now without a reading"
+                losses.append(Loss("depth", what, total.clipped, why, alters=("pixels",)))
         return tuple(losses)
 
     def close(self) -> None:
@@ -225,7 +245,7 @@ class RescaledDepth(Sequence):
 def rescale_depth(
     sequence: Sequence, units_per_metre: float | None, of_metres: float | None = None
 ) -> Sequence:
-    """Return the sequence with depth in counts of a unit, itself if it is so or has no depth.
+    """Return the sequence with depth in counts of a unit, itself if all of it is known to be so.
 
     Args:
         sequence: Any.
@@ -234,12 +254,10 @@ def rescale_depth(
 
     """
     depth = sequence.info.images.get("depth")
-    if depth is None or depth.count == 0:
+    if depth is None or depth.count == 0 or (units_per_metre is None and of_metres is None):
         return sequence
-    units = units_per_metre or (of_metres if depth.encoding == "32FC1" else None)
-    if units is None or depth.depth_units_per_metre == units:
-        return sequence
-    return RescaledDepth(sequence, units)
+    rescaled = RescaledDepth(sequence, units_per_metre, of_metres)
+    return sequence if depth.is_uniform and not rescaled.is_expected else rescaled
 
 
 class Demosaiced(Sequence):

@@ -9,8 +9,10 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tests.formats.rawlog import made as rawlog
 from tests.formats.tum.archives import file, tar
 from tumtools.cli.main import run
 
@@ -143,3 +145,66 @@ def test_the_description_of_a_recording_names_its_folder(
 def test_the_incomplete_published_sequence(real_data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["info", str(real_data / "malformed" / "incomplete")]) == 0
     assert "are missing" in capsys.readouterr().err
+
+
+HOSTILE = "\x1b[31mRED\x07\nhint: \x9b2J"
+
+
+def _hostile(path: Path, label: str = HOSTILE) -> Path:
+    counts = np.arange(48, dtype="<u2").reshape(6, 8)
+    return rawlog.save(
+        path, rawlog.scan(label=label, has_labels=0, **rawlog.with_depth(counts)), rawlog.imu(label=label)
+    )
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["info"],
+        ["info", "--json"],
+        ["convert", "--to", "tum", "--dry-run"],
+        ["validate"],
+        ["digest"],
+        ["stats"],
+    ],
+)
+def test_what_names_in_a_recording_hold_does_not_reach_the_terminal(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = _hostile(tmp_path / "a.rawlog")
+    path = path.rename(tmp_path / "\x1b[31m.rawlog")
+    assert run([command[0], str(path), *command[1:]]) in {0, 1}
+    out = "".join(capsys.readouterr())
+    assert not set(out) & {"\x1b", "\x07", "\x9b"}
+    assert "\nhint" not in out
+
+
+def test_a_label_as_long_as_a_book_is_cut_for_people(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = _hostile(tmp_path / "a.rawlog", "x" * 100_000)
+    assert run(["info", str(path)]) == 0
+    assert len(capsys.readouterr().out) < 10_000
+    assert "x" * 100_000 in json.dumps(_document(capsys, path))
+
+
+def test_a_file_that_is_damaged_from_its_beginning_is_described(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.rawlog"
+    path.write_bytes(b"\x8fCObservationGPS\x08" + bytes(99))
+    assert run(["info", str(path), "--salvage"]) == 0
+    shown = capsys.readouterr()
+    assert "what is before it (0 objects) is read" in shown.err
+    assert "sensors" not in shown.out
+
+
+def test_the_tables_of_a_rawlog_show_times_in_seconds_and_tell_programs_nanoseconds(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = _hostile(tmp_path / "a.rawlog", "CAM")
+    assert _document(capsys, path)["details"]["rawlog"][0]["first"] == "1305031229528748000"
+    assert run(["info", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "1305031229.528748000" in out
+    assert "1305031229528748000" not in out

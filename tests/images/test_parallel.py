@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tumtools.images.parallel import ordered_map, read_ahead
+from tumtools.images.parallel import ROOM_BYTES, ordered_map, read_ahead, take_room
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,6 +52,49 @@ def test_items_are_taken_within_the_window(jobs: int, window: int | None, ahead:
     for done, _ in enumerate(ordered_map(str, _items(taken), jobs, window)):
         assert len(taken) - done <= ahead
     assert len(taken) == 100
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 8])
+def test_large_images_are_worked_on_one_at_a_time_and_small_ones_together(jobs: int) -> None:
+    lock = threading.Lock()
+    held = {"now": 0, "most": 0}
+
+    def decode(nbytes: int) -> int:
+        take_room(nbytes)
+        with lock:
+            held["now"] += nbytes
+            held["most"] = max(held["most"], held["now"])
+        time.sleep(0.001)
+        return nbytes
+
+    sizes = [ROOM_BYTES // 4] * 12 + [ROOM_BYTES, 10, 2 * ROOM_BYTES] * 5
+    done = []
+    for nbytes in ordered_map(decode, sizes, jobs):
+        done.append(nbytes)
+        time.sleep(0.001)
+        with lock:
+            held["now"] -= nbytes
+    assert done == sizes
+    # The one that is waited for is let in while the one before it is still in use.
+    assert held["most"] <= 3 * ROOM_BYTES + 10 * jobs
+
+
+@pytest.mark.parametrize("join", [True, False])
+def test_who_waits_for_room_goes_home_when_nobody_wants_the_results(join: bool) -> None:
+    results = ordered_map(take_room, [2 * ROOM_BYTES] * 20, 4, join=join)
+    next(results)
+    results.close()
+
+
+def test_an_error_lets_those_who_wait_for_room_go(caplog: pytest.LogCaptureFixture) -> None:
+    def fail(number: int) -> None:
+        take_room(2 * ROOM_BYTES)
+        if number == 2:
+            raise KeyError(number)
+
+    with pytest.raises(KeyError):
+        list(ordered_map(fail, range(20), 4, join=True))
+    assert not caplog.records
 
 
 def test_the_function_runs_in_the_threads_and_the_iterable_in_the_callers() -> None:

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from tumtools.model.camera import CAMERAS, CameraInfo, calibration, camera_of_name
@@ -56,3 +58,19 @@ def test_the_projection_is_that_of_an_unrectified_camera() -> None:
 )
 def test_the_camera_of_a_name(name: str | None, camera: str | None) -> None:
     assert camera_of_name(name) == camera
+
+
+def test_cameras_with_the_same_numbers_are_equal_even_if_some_are_none() -> None:
+    one, other = (replace(calibration("fr1", "rgb"), d=(float("nan"), 1.0)) for _ in range(2))
+    assert one == other
+    assert hash(one) == hash(other)
+    assert one != replace(other, d=(1.0, float("nan")))
+    assert one != replace(other, d=(float("nan"), 1.0, 0.0))
+    assert one != "a camera"
+
+
+def test_numbers_and_sizes_tell_what_can_be_no_camera() -> None:
+    good = calibration("fr1", "rgb")
+    assert good.is_plausible
+    for wrong in ({"d": (float("nan"),)}, {"k": (float("inf"),) * 9}, {"width": 0}, {"height": 2**32 - 1}):
+        assert not replace(good, **wrong).is_plausible  # type: ignore[arg-type]

@@ -225,3 +225,25 @@ def test_depth_is_in_the_unit_of_its_encoding(
         f.code for f in _found(_depth_recorded(pixels, encoding, units)) if f.severity is Severity.ERROR
     ]
     assert errors == ([] if code is None else [code])
+
+
+@pytest.mark.parametrize("full", [True, False])
+@pytest.mark.parametrize("salvage", [True, False])
+def test_every_missing_file_of_a_rawlog_is_named_and_the_others_are_checked(
+    full: bool, salvage: bool, tmp_path: Path
+) -> None:
+    path = _convert(tmp_path, "rawlog", "a")
+    folder = path / "a_Images"
+    gone = sorted(folder.glob("*_depth.bin"))[:2]
+    for file in gone:
+        file.unlink()
+    broken = max(folder.glob("*_depth.bin"))
+    broken.write_bytes(broken.read_bytes()[:-30])
+    result = validate(path, full=full, options=ReadOptions(salvage=salvage))
+    missing = [finding for finding in result.findings if finding.code == "TUM001"]
+    assert [finding.message for finding in missing] == [
+        f"the external file {f.name} is missing" for f in gone
+    ]
+    assert {finding.severity for finding in missing} == {Severity.WARNING if salvage else Severity.ERROR}
+    assert result.images == (6 if full else 0)
+    assert _codes(result.findings) == {"TUM001", *(SMALL | {"TUM201"} if full else set())}

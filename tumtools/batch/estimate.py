@@ -140,7 +140,7 @@ def _of_target(sequence: Sequence, target: Target, bytes_in: int) -> Estimate:
     losses = [f"{loss.stream}: {loss.what}" for loss in (*sequence.info.not_carried, *plan.losses)]
     if target.strict and losses:
         return Estimate(bytes_in, plan.nbytes, tuple(losses), f"{target.label} is strict: {losses[0]}")
-    if isinstance(prepared, RescaledDepth):
+    if isinstance(prepared, RescaledDepth) and prepared.is_expected:
         losses.append("depth: other units; what that loses is measured in the run")
     return Estimate(bytes_in, plan.nbytes, tuple(dict.fromkeys(losses)))
 

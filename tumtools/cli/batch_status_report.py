@@ -7,8 +7,6 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-import click
-
 from tumtools.batch.ledger import DONE, FAILED, SKIPPED, document
 from tumtools.batch.losses import sum_up
 from tumtools.batch.status import STATES
@@ -49,9 +47,7 @@ def print_status(standings: list[Standing], *, as_json: bool) -> None:
     for standing in standings:
         if standing.state in _TOLD:
             why = _why(standing)
-            click.echo(
-                output.one_line(f"{standing.state}: {standing.task.output}{f': {why}' if why else ''}")
-            )
+            output.echo(f"{standing.state}: {standing.task.output}{f': {why}' if why else ''}")
 
 
 def _why(standing: Standing) -> str:

@@ -22,7 +22,7 @@ def command() -> None:
 @command.command(name="dir")
 def directory() -> None:
     """Print the folder of the cache."""
-    click.echo(str(_cache().root))
+    output.echo(str(_cache().root))
 
 
 @command.command(name="list")
@@ -77,7 +77,7 @@ def verify(names: tuple[str, ...], as_json: bool) -> int:
             worst, problem = error.exit_code, error.message
         else:
             if not as_json:
-                click.echo(f"{record.entry.label}: as it was fetched")
+                output.echo(f"{record.entry.label}: as it was fetched")
         document = {"name": record.entry.name, "short": record.entry.label, "error": problem}
         documents.append(document | {"digest": dict(record.digest)})
     if as_json:
@@ -111,7 +111,7 @@ def prune(names: tuple[str, ...], everything: bool, dry_run: bool) -> None:
             continue
         freed += size
         what = name if name in whole else f"leftovers of {name}"
-        click.echo(f"{'would remove' if dry_run else 'removed'} {what}  ({output.size(size)})")
+        output.echo(f"{'would remove' if dry_run else 'removed'} {what}  ({output.size(size)})")
     output.message(f"{output.size(freed)} {'could be' if dry_run else ''} set free".replace("  ", " "))
 
 

@@ -70,7 +70,7 @@ def _print_digest(source: str, sequence: Sequence, jobs: int, *, deep: bool, as_
             click.echo(json.dumps(line))
         return
     output.print_table([(name, str(one.count), one.value) for name, one in sorted(result.streams.items())])
-    click.echo(f"{result.value}  {source}")
+    output.echo(f"{result.value}  {source}")
 
 
 def _check(source: str, sequence: Sequence, jobs: int, *, as_json: bool) -> int:
@@ -88,7 +88,7 @@ def _check(source: str, sequence: Sequence, jobs: int, *, as_json: bool) -> int:
             for one in checks
         ]
         output.print_table(rows, ("stream", "written", "found", "result"))
-        click.echo(f"{source}: {'holds what was written' if same else 'is not what was written'}")
+        output.echo(f"{source}: {'holds what was written' if same else 'is not what was written'}")
     return 0 if same else 1
 
 

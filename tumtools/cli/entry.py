@@ -81,13 +81,13 @@ def show_entry(entry: Entry, *, as_json: bool) -> None:
         ]
     for title, text in rows:
         if text:
-            click.echo(f"{title}: {text}")
+            output.echo(f"{title}: {text}")
     for kind, file in entry.files.items():
         derived = "  (derived from the name)" if entry.source_of(f"files.{kind}.urls") == "pattern" else ""
-        click.echo(f"{kind}: {file.urls[0]}{_file_facts(file)}{derived}")
+        output.echo(f"{kind}: {file.urls[0]}{_file_facts(file)}{derived}")
     for text in errata(entry):
-        click.echo(f"note: {text}")
-    click.echo(f"`tumtools fetch {entry.label}` gets it")
+        output.echo(f"note: {text}")
+    output.echo(f"`tumtools fetch {entry.label}` gets it")
 
 
 def _file_facts(file: RemoteFile) -> str:

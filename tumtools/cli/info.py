@@ -8,6 +8,9 @@ import click
 
 from tumtools.cli import options, output
 
+_STAMPS = frozenset({"first", "last"})
+"""Columns of a format's own tables that are stamps: nanoseconds for programs, seconds for people."""
+
 
 @click.command(name="info")
 @options.source_argument
@@ -38,9 +41,9 @@ def _print(document: dict[str, object]) -> None:
     from tumtools.model.time import format_stamp
 
     click.echo(output.style(str(document["name"]), bold=True) + f"  ({document['format']})")
-    click.echo(f"camera: {document['camera'] or 'unknown'}")
+    output.echo(f"camera: {document['camera'] or 'unknown'}")
     if document["licence"]:
-        click.echo(f"licence of the data: {document['licence']}")
+        output.echo(f"licence of the data: {document['licence']}")
     rows = []
     streams = document["streams"]
     for name, stream in streams.items() if isinstance(streams, dict) else ():
@@ -65,18 +68,33 @@ def _print(document: dict[str, object]) -> None:
         )
     output.print_table(rows, ("stream", "count", "first stamp", "duration s", "median Hz", "images", "from"))
     details = document["details"]
-    for title, table in details.items() if isinstance(details, dict) else ():
-        click.echo(f"{title}:")
-        cells = [["-" if value is None else str(value) for value in row.values()] for row in table]
-        output.print_table([tuple(row) for row in cells], tuple(table[0]))
+    _print_details(details if isinstance(details, dict) else {})
     if document["digest"]:
-        click.echo("carries a digest of its content; compare it with: tumtools digest --check")
+        output.echo("carries a digest of its content; compare it with: tumtools digest --check")
     not_carried = document["not_carried"]
     for loss in not_carried if isinstance(not_carried, list) else ():
-        click.echo(f"not carried over: {loss['stream']}: {loss['what']}, {loss['count']} ({loss['why']})")
+        output.echo(f"not carried over: {loss['stream']}: {loss['what']}, {loss['count']} ({loss['why']})")
     notes = document["notes"]
     for text in notes if isinstance(notes, list) else ():
-        click.echo(f"note: {text}")
+        output.echo(f"note: {text}")
     warnings = document["warnings"]
     for text in warnings if isinstance(warnings, list) else ():
         output.warning(str(text))
+
+
+def _print_details(details: dict[str, list[dict[str, object]]]) -> None:
+    """Print what only this format knows; nothing of a table without rows, as that of a damaged file."""
+    from tumtools.model.time import format_stamp
+
+    for title, table in details.items():
+        if not table:
+            continue
+        output.echo(f"{title}:")
+        cells = [
+            tuple(
+                "-" if value is None else format_stamp(int(str(value)), 9) if name in _STAMPS else str(value)
+                for name, value in row.items()
+            )
+            for row in table
+        ]
+        output.print_table(cells, tuple(table[0]))

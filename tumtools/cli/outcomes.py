@@ -7,8 +7,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from tumtools.cli import output
 from tumtools.validate.finding import Severity
 
@@ -31,7 +29,7 @@ def show_outcomes(outcomes: list[Outcome], *, as_json: bool) -> None:
             for note in fetched.notes:
                 output.warning(f"{fetched.label}: {note}")
             if not as_json:
-                click.echo(f"{fetched.label}  {_shown(fetched.path)}  ({_how(fetched)})")
+                output.echo(f"{fetched.label}  {_shown(fetched.path)}  ({_how(fetched)})")
             if check is not None and check.fails(Severity.WARNING):
                 output.warning(
                     f"{fetched.label}: quick validation found {check.count(Severity.ERROR)} errors and "

@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import sys
 import traceback as _traceback
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from tumtools.errors import TumtoolsError
+from tumtools.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +24,10 @@ if TYPE_CHECKING:
     from tumtools.formats.options import Progress
 
 SCHEMA_VERSION: Final = 1
+_CONTROLS: Final = re.compile("[\x7f-\x9f]")
+_INDENT: Final = "\n  "
+_WIDEST: Final = 300
+"""Letters of a cell of a table; names in recordings may have a million."""
 
 verbosity = 0
 """-1 with --quiet, 1 and 2 with -v and -vv."""
@@ -29,13 +35,26 @@ verbosity = 0
 
 def style(text: str, *, bold: bool = False, color: str | None = None) -> str:
     """Return the text as it looks on a terminal; as it is where NO_COLOR is set."""
-    return text if os.environ.get("NO_COLOR") else click.style(text, bold=bold or None, fg=color)
+    shown = printable(text)
+    return shown if os.environ.get("NO_COLOR") else click.style(shown, bold=bold or None, fg=color)
+
+
+def lines(text: str) -> str:
+    """Return a text of several lines as it may be printed: of all that is not printed, line ends only."""
+    return text if text.isprintable() else "\n".join(map(printable, text.split("\n")))
+
+
+def echo(text: str) -> None:
+    """Print one line of a result on stdout; a line end in it is one of the data, and is shown as such."""
+    click.echo(printable(text))
 
 
 def print_json(document: Mapping[str, object]) -> None:
     """Print one document, with the version of its schema; stamps are given as strings by the caller."""
     whole = _finite({"schema_version": SCHEMA_VERSION, **document})
-    click.echo(json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False)
+    # JSON lets these through, and terminals take some of them for commands.
+    click.echo(_CONTROLS.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def _finite(value: object) -> object:
@@ -49,6 +68,7 @@ def _finite(value: object) -> object:
 
 def print_table(rows: Sequence[Sequence[str]], head: Sequence[str] | None = None) -> None:
     """Print columns, numbers to the right."""
+    rows = [[_cell(text) for text in row] for row in rows]
     everything = [*([head] if head else []), *rows]
     if not everything:
         return
@@ -68,6 +88,16 @@ def print_table(rows: Sequence[Sequence[str]], head: Sequence[str] | None = None
         click.echo(style(line, bold=True) if head and number == 0 else line)
 
 
+def _cell(text: str) -> str:
+    shown = printable(text)
+    return shown if len(shown) <= _WIDEST else f"{shown[:_WIDEST]}..."
+
+
+def _said(text: str) -> str:
+    """Return a message: one line, and what belongs to it on indented ones."""
+    return _INDENT.join(map(printable, text.split(_INDENT)))
+
+
 def _is_number(text: str) -> bool:
     return text == "-" or text.replace(".", "").replace(",", "").strip("-").isdigit()
 
@@ -83,13 +113,13 @@ def one_line(text: str) -> str:
 def message(text: str) -> None:
     """Say something on stderr, but not with --quiet."""
     if verbosity >= 0:
-        click.echo(text, err=True)
+        click.echo(_said(text), err=True)
 
 
 def warning(text: str) -> None:
     """Warn on stderr."""
     if verbosity >= 0:
-        click.echo(style("warning: ", color="yellow") + text, err=True)
+        click.echo(style("warning: ", color="yellow") + _said(text), err=True)
 
 
 @contextmanager
@@ -108,12 +138,12 @@ def warnings(texts: Sequence[str]) -> Iterator[None]:
 def said(text: str) -> None:
     """Say on stdout what was done, but not with --quiet."""
     if verbosity >= 0:
-        click.echo(text)
+        click.echo(_said(text))
 
 
 def error(text: str) -> None:
     """Print an error on stderr."""
-    click.echo(style("error: ", color="red", bold=True) + text, err=True)
+    click.echo(style("error: ", color="red", bold=True) + _said(text), err=True)
 
 
 def traceback() -> None:

@@ -56,7 +56,7 @@ def command(
         output.print_table(rows, head)
     else:
         table = {"markdown": reports.markdown, "latex": reports.latex, "csv": reports.as_csv}[layout]
-        click.echo(table(_told_apart(sources, summaries)))
+        click.echo(output.lines(table(_told_apart(sources, summaries))))
 
 
 def _told_apart(sources: tuple[str, ...], summaries: list[Summary]) -> list[Summary]:
@@ -93,7 +93,7 @@ def _print(summary: Summary) -> None:
     width = max(len(title) for title, _ in rows)
     for title, text in rows:
         if text:
-            click.echo(f"{title:{width}}  {text}")
+            output.echo(f"{title:{width}}  {text}")
     click.echo()
     lines = [
         (

@@ -157,7 +157,10 @@ FORMATS: Final[dict[str, Format]] = {
             reads="gzip, zstd, none; all versions of 3D scans, images and IMU; embedded and external images",
             writes="folder with NAME.rawlog, NAME_Images and groundtruth.txt",
             suffix="",
-            content=re.compile(rb"[\x80-\xf8](mrpt::\w+::)?C[A-Z0-9]\w|[\x01-\x78]\0\0\0C[A-Z0-9]\w"),
+            content=re.compile(
+                rb"[\x80-\xf8](mrpt::\w+::)?C[A-Z0-9]\w|[\x01-\x78]\0\0\0C[A-Z0-9]\w"
+                rb"|(\x87|\x07\0\0\0)nullptr|(\x8e|\x0e\0\0\0)std::monostate"
+            ),
             markers=("*.rawlog",),
             options={
                 "dialect": ("modern", "legacy", "converter"),

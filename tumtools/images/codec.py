@@ -11,6 +11,7 @@ import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.images import png
+from tumtools.images.parallel import take_room
 from tumtools.model.image import ENCODINGS, Image
 
 if TYPE_CHECKING:
@@ -93,6 +94,7 @@ def pixels_of(image: Image) -> npt.NDArray[np.generic]:
     with _named(image.origin):
         if image.compressed is None:
             raise InputError("an image with neither pixels nor a file")
+        take_room(image.width * image.height * ENCODINGS[image.encoding].bytes_per_pixel)
         if image.compression == "png":
             return png.decode(image.compressed)
         return _decode_jpeg(image)

@@ -20,6 +20,8 @@ _QUIET_NAN = np.uint32(0x7FC00000)
 _TO_LOWEST_BITS = np.float32(2**23)
 _BLOCK = 65_536
 """Pixels that are worked on at a time: they fit into the second cache."""
+_LARGE_BLOCK = 2**21
+"""The same, where each block has a fixed cost."""
 
 
 @lru_cache(maxsize=8)
@@ -85,6 +87,18 @@ def to_counts(
     counts = exact_counts(metres, units_per_metre)
     if counts is not None:
         return counts, EXACT
+    flat, rounding = np.ascontiguousarray(metres).reshape(-1), EXACT
+    counts = np.empty(flat.shape, np.uint16)
+    for start in range(0, flat.size, _BLOCK):  # what is in float64 takes four times the memory
+        block = slice(start, start + _BLOCK)
+        counts[block], one = _round(flat[block], units_per_metre)
+        rounding += one
+    return counts.reshape(metres.shape), rounding
+
+
+def _round(
+    metres: npt.NDArray[np.float32], units_per_metre: float
+) -> tuple[npt.NDArray[np.uint16], Rounding]:
     with np.errstate(invalid="ignore"):
         scaled = np.rint(metres.astype(np.float64) * units_per_metre)
         valid = np.isfinite(metres) & (metres != 0)
@@ -98,6 +112,15 @@ def to_counts(
     error = float(np.max(np.abs(back[changed].astype(np.float64) - metres[changed]))) if inexact else 0.0
     clipped = int(np.count_nonzero(valid & ~inside)) + int(np.count_nonzero(np.isinf(metres)))
     return counts, Rounding(inexact, clipped, error)
+
+
+def count_levels(counts: npt.NDArray[np.uint16]) -> npt.NDArray[np.int64]:
+    """Return how often each count occurs, shape [65536]; in blocks, as numpy makes int64 of all of them."""
+    flat = counts.reshape(-1)
+    found = np.zeros(_COUNTS, np.int64)
+    for start in range(0, flat.size, _LARGE_BLOCK):
+        found += np.bincount(flat[start : start + _LARGE_BLOCK], minlength=_COUNTS)
+    return found
 
 
 def exact_counts(
@@ -142,7 +165,7 @@ def rescale_counts(
     table = np.where(clipped_levels, 0, scaled)
     errors = np.where(clipped_levels, 0, np.abs(table / wanted_units_per_metre - levels / units_per_metre))
     errors[errors < 1e-12] = 0.0  # noqa: PLR2004 - float noise of exact multiples, far below any unit
-    used = np.bincount(counts.ravel(), minlength=_COUNTS)
+    used = count_levels(counts)
     inexact = (errors > 0) & (used > 0)
     rounding = Rounding(
         int(used[inexact].sum()),

@@ -8,16 +8,75 @@ import queue
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from threading import Event, Thread
-from typing import TYPE_CHECKING, TypeVar
+from threading import Condition, Event, Thread, local
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from tumtools.images.memory import keep_freed_memory
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
 
+ROOM_BYTES: Final = 64 * 2**20
+"""Of decoded images under way at a time: some eighty of the benchmark's; a larger one goes alone."""
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+
+class _Room:
+    """Shares out the memory for images among the items of one `ordered_map`.
+
+    The item whose result is waited for always gets what it wants, so the others can wait until enough is
+    free: no order of waiting can be a circle.
+    """
+
+    def __init__(self) -> None:
+        self._changed = Condition()
+        self._taken: dict[int, int] = {}
+        self._due = -1
+        self._closed = False
+
+    def take(self, number: int, nbytes: int) -> None:
+        with self._changed:
+            while not (
+                self._closed or number <= self._due or sum(self._taken.values()) + nbytes <= ROOM_BYTES
+            ):
+                self._changed.wait()
+            self._taken[number] = self._taken.get(number, 0) + nbytes
+
+    def wait_for(self, number: int) -> None:
+        """Tell that the results before an item have been used, and that this one is wanted next."""
+        with self._changed:
+            self._due = number
+            for past in [one for one in self._taken if one < number]:
+                del self._taken[past]
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Let everybody go on: nobody waits for results any more."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+
+class _Place(local):
+    """Which item of which `ordered_map` a thread works on."""
+
+    room: _Room | None = None
+    number: int = 0
+
+
+_PLACE: Final = _Place()
+
+
+def take_room(nbytes: int) -> None:
+    """Wait until there is room for an image of so many bytes; called before it is decoded.
+
+    It is given back when the result of the item has been used. Outside of `ordered_map` one image is
+    worked on at a time, and there is nothing to wait for.
+    """
+    if _PLACE.room is not None:
+        _PLACE.room.take(_PLACE.number, nbytes)
 
 
 def ordered_map(
@@ -31,8 +90,8 @@ def ordered_map(
     """Yield `function(item)` for each item, in order, computed by threads.
 
     The items are taken from the iterable in the caller's thread. At most `window` results are waited for
-    at a time, so memory does not grow with the number of items. An exception of `function` or of the
-    iterable is raised at its place in the order.
+    at a time, and fewer if they are of large images (`take_room`), so memory does not grow with the number
+    of items. An exception of `function` or of the iterable is raised at its place in the order.
 
     Args:
         function: Called in any thread.
@@ -50,8 +109,22 @@ def ordered_map(
     pending: deque[Future[Result]] = deque()
     limit = window or 2 * jobs
     pool = ThreadPoolExecutor(jobs, thread_name_prefix="tumtools")
+    room = _Room()
     failure: Exception | None = None
     iterator = iter(items)
+    given = 0
+
+    def work(number: int, item: Item) -> Result:
+        _PLACE.room, _PLACE.number = room, number
+        try:
+            return function(item)
+        finally:
+            _PLACE.room = None
+
+    def result() -> Result:
+        room.wait_for(given - len(pending))
+        return pending.popleft().result()
+
     try:
         while True:
             try:
@@ -61,14 +134,16 @@ def ordered_map(
             except Exception as error:  # noqa: BLE001 - its turn comes after what is under way
                 failure = error
                 break
-            pending.append(pool.submit(function, item))
+            pending.append(pool.submit(work, given, item))
+            given += 1
             if len(pending) >= limit:
-                yield pending.popleft().result()
+                yield result()
         while pending:
-            yield pending.popleft().result()
+            yield result()
         if failure is not None:
             raise failure
     finally:
+        room.close()
         # No waiting unless told: the garbage collector may be what ends us, inside any lock of this or
         # another pool.
         pool.shutdown(wait=join, cancel_futures=True)

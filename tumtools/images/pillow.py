@@ -9,9 +9,10 @@ import struct
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
-from tumtools.errors import InputError
+from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.images.limits import check_size
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,6 +33,11 @@ def opened(data: bytes | memoryview, failure: str, *formats: str) -> Iterator[Im
     """
     try:
         with Image.open(io.BytesIO(data), formats=formats or None) as picture:
+            check_size(*picture.size)
             yield picture
+    except UnsupportedInputError:
+        raise
+    except UnidentifiedImageError as error:
+        raise InputError(f"{failure}: it begins with {bytes(data[:12]).hex(' ') or 'nothing'}") from error
     except (OSError, SyntaxError, ValueError, struct.error, Image.DecompressionBombError) as error:
         raise InputError(f"{failure}: {error}") from error

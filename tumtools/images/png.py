@@ -21,6 +21,7 @@ from isal import isal_zlib
 from isal.igzip_lib import IsalError
 
 from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.images.limits import check_size
 
 SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 _DAMAGED_HINT: Final = "the file was damaged or cut off; get it again"
@@ -38,8 +39,6 @@ _CHUNK_HEAD: Final = struct.Struct(">I4s")
 """Length and kind."""
 _MAX_DEFLATE_RATIO: Final = 1040
 """Deflate makes at most 1032 bytes of one; a header that promises more lies."""
-_MAX_RAW_BYTES: Final = 1 << 29
-"""An image of half a gigabyte is no camera's."""
 _LEVEL: Final = 1
 _BLOCK_ROWS: Final = 24
 
@@ -111,6 +110,7 @@ def header(data: bytes | memoryview) -> PngHeader:
         or interlace > 1
     ):
         raise InputError("a PNG header with impossible values", location="offset 16")
+    check_size(width, height, "offset 16")
     return PngHeader(width, height, bit_depth, colour_type, bool(interlace))
 
 
@@ -185,11 +185,6 @@ def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
     if promised > _MAX_DEFLATE_RATIO * sum(map(len, parts)):
         raise InputError(
             f"the PNG header promises {found.width}x{found.height} pixels, the file is too short",
-            location="offset 16",
-        )
-    if promised > _MAX_RAW_BYTES:
-        raise UnsupportedInputError(
-            f"a PNG of {found.width}x{found.height} pixels is too large to be held in memory",
             location="offset 16",
         )
     return replace(found, transparent=b"tRNS" in kinds), parts

@@ -4,15 +4,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 Matrix3x3 = tuple[float, ...]
+MAX_SIDE: Final = 65_535
+"""Rows or columns of an image; no camera has more."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class CameraInfo:
     """Intrinsics as in ROS `sensor_msgs/CameraInfo`: pinhole and distortion.
+
+    Two are equal if all their numbers are; recordings have NaN in them, which equals another NaN here.
 
     Attributes:
         width: Columns.
@@ -32,6 +37,24 @@ class CameraInfo:
     r: tuple[float, ...]
     p: tuple[float, ...]
     distortion_model: str = "plumb_bob"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CameraInfo) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def _key(self) -> tuple[object, ...]:
+        numbers = (*self.k, *self.r, *self.p, *self.d)
+        known = tuple(None if math.isnan(number) else number for number in numbers)
+        return self.width, self.height, self.distortion_model, len(self.k), len(self.r), len(self.p), known
+
+    @property
+    def is_plausible(self) -> bool:
+        """Whether this can be a camera: numbers throughout, and a size that images have."""
+        numbers = (*self.k, *self.r, *self.p, *self.d)
+        sizes = range(1, MAX_SIDE + 1)
+        return all(map(math.isfinite, numbers)) and self.width in sizes and self.height in sizes
 
     @classmethod
     def pinhole(

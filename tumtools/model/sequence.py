@@ -118,6 +118,8 @@ class ImageStreamInfo:
         nbytes: Bytes of all images as they are stored in the source (compressed if they are).
         compression: `png`, `jpeg`, or None for raw pixels.
         source: The topic or folder that it comes from.
+        is_uniform: Whether all images have the encoding and the unit of the first because the format knows
+            no other; where it does, each image may be another.
 
     """
 
@@ -130,6 +132,7 @@ class ImageStreamInfo:
     nbytes: int = 0
     compression: str | None = None
     source: str | None = None
+    is_uniform: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from isal import isal_zlib
 from tumtools.errors import InputError
 from tumtools.images import png
 from tumtools.images.codec import canonical, pixels_of
+from tumtools.images.depth import count_levels
 from tumtools.validate.depth_scale import DepthScale, measure_depth_scale
 
 if TYPE_CHECKING:
@@ -149,15 +150,18 @@ def _fingerprint(image: Image, pixels: npt.NDArray[np.generic]) -> tuple[int, in
 def depth_counts(pixels: npt.NDArray[np.generic]) -> npt.NDArray[np.uint16]:
     """Return depth as counts: as it is, or float metres as whole millimetres with 0 for no reading."""
     if pixels.dtype.kind == "f":
-        with np.errstate(invalid="ignore"):
-            scaled = np.nan_to_num(pixels.astype(np.float64) * 1000, nan=0.0, posinf=0.0, neginf=0.0)
-        return np.clip(np.rint(scaled), 0, NO_READING_ELSEWHERE - 1).astype(np.uint16)
+        counts = np.empty(pixels.shape, np.uint16)
+        for row, metres in enumerate(pixels):  # one row at a time fits into the cache
+            with np.errstate(invalid="ignore"):
+                scaled = np.nan_to_num(metres.astype(np.float64) * 1000, nan=0.0, posinf=0.0, neginf=0.0)
+            counts[row] = np.clip(np.rint(scaled), 0, NO_READING_ELSEWHERE - 1)
+        return counts
     return pixels.astype(np.uint16, copy=False)
 
 
 def _measure_depth(pixels: npt.NDArray[np.generic]) -> tuple[DepthFacts, npt.NDArray[np.int64]]:
     counts = depth_counts(pixels)
-    histogram = np.bincount(counts.ravel(), minlength=COUNTS)
+    histogram = count_levels(counts)
     present = np.flatnonzero(histogram)
     present = present[present > 0]
     sensible = present[present != NO_READING_ELSEWHERE]

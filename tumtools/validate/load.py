@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from tumtools.errors import InputError, UsageError
 from tumtools.formats import registry
 from tumtools.formats.options import Progress, ReadOptions, no_progress
+from tumtools.formats.rawlog.reader import RawlogSequence
 from tumtools.formats.ros.incoming import RosSequence
 from tumtools.formats.ros.inspection import inspect
 from tumtools.formats.tum.reader import TrajectoryFile, TumSequence, open_tolerant
@@ -111,6 +112,10 @@ def _describe(subject: Subject, sequence: Sequence) -> None:
             for stream, name in sequence.files.items()
         }
         subject.sizes, subject.names = sequence.sizes, sequence.names
+    elif isinstance(sequence, RawlogSequence):
+        for one in sequence.missing:
+            name = one.place.picture.file or ""
+            subject.missing.setdefault(one.stream, []).append((one.row, one.stamp, name))
     elif isinstance(sequence, RosSequence):
         try:
             subject.recording = inspect(sequence)
@@ -145,7 +150,8 @@ def _kind_of_depth(sequence: TumSequence, facts: FrameFacts) -> FrameFacts:
 def _images(subject: Subject, sequence: Sequence) -> Iterator[Frame]:
     """Yield the images up to where the source is damaged."""
     try:
-        yield from sequence.images()
+        # What is missing is told by name and does not stop the rest.
+        yield from sequence.present_images() if isinstance(sequence, RawlogSequence) else sequence.images()
     except InputError as error:
         subject.damage.append(error)
 

@@ -100,6 +100,7 @@ class Subject:
         texts: Text files by stream (format tum).
         sizes: Size of each file that is there, by name (format tum); None for others.
         names: File name of each row of the image lists (format tum).
+        missing: Images whose file is missing, by stream: row, stamp and name (format rawlog).
         stamps: Stamps of each image stream, in file order.
         groundtruth: Poses.
         accelerometer: Accelerations.
@@ -122,6 +123,7 @@ class Subject:
     texts: Mapping[str, TextFile] = field(default_factory=dict)
     sizes: Mapping[str, int] | None = None
     names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    missing: dict[str, list[tuple[int, int, str]]] = field(default_factory=dict)
     stamps: Mapping[str, Stamps] = field(default_factory=dict)
     groundtruth: Trajectory | None = None
     accelerometer: Accelerometer | None = None

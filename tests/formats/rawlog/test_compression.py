@@ -5,6 +5,9 @@
 from __future__ import annotations
 
 import gzip
+import io
+import os
+import random
 import tracemalloc
 import zlib
 from contextlib import closing
@@ -41,8 +44,33 @@ def test_a_stream_comes_back(container: str, tmp_path: Path) -> None:
 def test_gzip_may_have_several_members_wherever_they_end(size: int, tmp_path: Path) -> None:
     path = tmp_path / "file"
     noise = zlib.compress(DATA) * 100
-    path.write_bytes(gzip.compress(noise[:size], 0) + gzip.compress(DATA) + b"trailing garbage")
+    path.write_bytes(gzip.compress(noise[:size], 0) + gzip.compress(DATA) + bytes(600_000))
     assert _all(path) == ("gzip", noise[:size] + DATA)
+
+
+def _up_to_the_error(path: Path) -> tuple[bytes, str]:
+    found = []
+    with closing(Pieces(path)) as pieces, pytest.raises(InputError) as caught:
+        found += iter(pieces.next, b"")
+    return b"".join(found), str(caught.value)
+
+
+@pytest.mark.parametrize("rest", [b"garbage", bytes(600_000) + b"x", b"\0" + gzip.compress(b"more"), b"\x1f"])
+def test_what_follows_a_gzip_member_and_is_none_is_named(rest: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    first = gzip.compress(DATA)
+    path.write_bytes(first + rest)
+    found, message = _up_to_the_error(path)
+    assert found == DATA
+    assert f"offset {len(first)} of the file: what follows a gzip member is neither" in message
+
+
+def test_a_member_whose_first_bytes_were_hit_is_not_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    first, second = gzip.compress(DATA), bytearray(gzip.compress(DATA))
+    second[1] ^= 1
+    path.write_bytes(first + second)
+    assert "what follows a gzip member is neither" in _up_to_the_error(path)[1]
 
 
 def test_zstd_may_have_several_frames(tmp_path: Path) -> None:
@@ -67,6 +95,37 @@ def test_a_wrong_checksum_is_named(tmp_path: Path) -> None:
     path.write_bytes(data)
     with pytest.raises(InputError, match="damaged gzip data"):
         _all(path)
+
+
+@pytest.mark.parametrize("name", ["", "a name.rawlog"])
+def test_what_comes_before_a_wrong_checksum_is_given(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    packed = io.BytesIO()
+    with gzip.GzipFile(name, "wb", fileobj=packed) as file:
+        file.write(DATA)
+    data = bytearray(packed.getvalue())
+    data[-6] ^= 1
+    path.write_bytes(gzip.compress(b"before") + data)
+    found, message = _up_to_the_error(path)
+    assert found == b"before" + DATA
+    assert f"before offset {path.stat().st_size} of the file: damaged gzip data" in message
+
+
+def test_what_comes_before_damaged_data_is_given_but_for_a_little(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    noise = random.Random(0).randbytes(1_000_000)
+    data = bytearray(gzip.compress(noise + DATA))
+    middle = len(data) - len(gzip.compress(DATA)) // 2
+    data[middle : middle + 10] = b"\xff" * 10
+    path.write_bytes(data)
+    found, _ = _up_to_the_error(path)
+    assert found[:1_000_000] == noise
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="no file but a pipe"):
+        Pieces(tmp_path / "pipe")
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

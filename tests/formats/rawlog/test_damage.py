@@ -8,6 +8,9 @@ import gzip
 import resource
 import signal
 import struct
+import subprocess
+import sys
+import zlib
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -141,6 +144,69 @@ def test_a_count_that_only_a_bomb_can_fill_stops_at_the_limit_of_a_field(tmp_pat
     stopped = describe(path).stopped
     assert stopped is not None
     assert "a field of 1073741824 bytes" in stopped
+
+
+def test_an_object_of_many_large_fields_stops_at_the_limit_of_an_object(tmp_path: Path) -> None:
+    path = tmp_path / "a.rawlog"
+    start = CODEC.encode(scan())
+    points = 15 * 2**20
+    head = start[: start.index(b"\x88", 100) + 1]  # up to the pose of the sensor
+    body = struct.pack("<BI", 1, points)
+    path.write_bytes(gzip.compress(head + body, 1) + gzip.compress(bytes(2**26), 1) * 3)
+    stopped = describe(path).stopped
+    assert stopped is not None
+    assert "an object of more than 134217728 bytes" in stopped
+
+
+def _large_depth(side: int) -> bytes:
+    packer = zlib.compressobj(1, zlib.DEFLATED, 31)
+    row = b"\x10\x27" * side
+    parts = [packer.compress(struct.pack("<II", side, side)), *(packer.compress(row) for _ in range(side))]
+    return b"".join([*parts, packer.flush()])
+
+
+def _peak(path: Path, *arguments: str) -> tuple[int, str, int]:
+    """Run the program; return its exit code, what it said, and the memory it took in bytes."""
+    # Not ru_maxrss, which begins with that of the process that has started this one.
+    code = (
+        "import sys; from tumtools.cli.main import run; code = run(sys.argv[1:]); "
+        "status = open('/proc/self/status').read(); "
+        "print('peak', status.split('VmHWM:')[1].split()[0], file=sys.stderr); sys.exit(code)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, arguments[0], str(path), *arguments[1:]],
+        capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    return done.returncode, done.stdout + done.stderr, 1024 * int(done.stderr.rsplit("peak ", 1)[1])
+
+
+def _six_large(tmp_path: Path, side: int) -> Path:
+    folder = tmp_path / "large"
+    (folder / "large_Images").mkdir(parents=True)
+    data = _large_depth(side)
+    names = [f"{number}.bin" for number in range(6)]
+    for name in names:
+        (folder / "large_Images" / name).write_bytes(data)
+    empty = {"has_range": 1, "range_external": 1, "rows": 0, "columns": 0, "range": np.empty(0, "<u2")}
+    scans = (scan(made.TICKS + n * 333_333, **empty, range_file=name) for n, name in enumerate(names))
+    made.save(folder / "large.rawlog", *scans)
+    return folder
+
+
+def test_images_of_more_pixels_than_any_camera_has_are_refused(tmp_path: Path) -> None:
+    folder = _six_large(tmp_path, 8000)
+    code, said, peak = _peak(folder, "convert", str(tmp_path / "out"), "--to", "tum")
+    assert code == 4
+    assert "0.bin: the depth file announces an image of 8000x8000 pixels; images of more than 12 mega" in said
+    assert peak < LIMIT_BYTES // 3
+
+
+def test_as_many_large_images_are_worked_on_as_there_is_room_for(tmp_path: Path) -> None:
+    folder = _six_large(tmp_path, 3500)
+    for arguments in (["digest"], ["validate"], ["convert", str(tmp_path / "out"), "--to", "tum"]):
+        code, said, peak = _peak(folder, *arguments, "--jobs", "4")
+        assert code == 0, said
+        assert peak < LIMIT_BYTES, arguments
 
 
 def test_external_files_that_are_damaged_name_themselves(tmp_path: Path) -> None:

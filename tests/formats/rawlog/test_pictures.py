@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
-from tests.formats.rawlog.made import scan, with_depth
+from tests.formats.rawlog.made import opened, save, scan, with_depth
+from tumtools.convert import convert
 from tumtools.errors import InputError
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.externals import Folder
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 GREY = np.arange(15, dtype=np.uint8).reshape(3, 5)
 RGB = np.arange(45, dtype=np.uint8).reshape(3, 5, 3)
+COUNTS = np.arange(48, dtype="<u2").reshape(6, 8)
 BGR = np.ascontiguousarray(RGB[:, :, ::-1])
 
 
@@ -156,9 +158,62 @@ def test_the_whole_number_of_counts_is_found_in_the_float32(units: float) -> Non
         assert units_per_metre(float(np.float32(1 / units))) == units
 
 
-@pytest.mark.parametrize("damaged", [0.0, -1.0, float("nan"), float("inf"), 1e-45])
-def test_senseless_units_are_taken_for_millimetres(damaged: float) -> None:
-    assert units_per_metre(damaged) in {1000.0, 1 / damaged if damaged > 0 else 1000.0}
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("damaged", [0.0, -1.0, float("nan"), float("inf"), 1e-45, 1e38])
+def test_senseless_units_are_taken_for_millimetres_and_told(damaged: float, tmp_path: Path) -> None:
+    assert units_per_metre(damaged) is None
+    path = save(tmp_path / "a.rawlog", scan(range_units=damaged, **with_depth(COUNTS)))
+    with opened(path) as sequence:
+        assert "1 depth images have a unit that no sensor has" in sequence.info.warnings[0]
+        image = next(sequence.images()).load()
+        assert image.depth_units_per_metre == 1000
+        assert convert(sequence, tmp_path / "out", "tum").verified
+
+
+def test_an_image_in_a_file_without_a_name_is_listed_as_lost(tmp_path: Path) -> None:
+    image = Record("CImage", 9, {"external": 1, "file": ""})
+    path = save(
+        tmp_path / "a.rawlog",
+        scan(
+            has_intensity=1,
+            intensity=image,
+            has_range=1,
+            range_external=1,
+            rows=0,
+            columns=0,
+            range=np.empty(0, "<u2"),
+        ),
+    )
+    with opened(path) as sequence:
+        assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
+            ("CAM", "depth image", 1),
+            ("CAM", "image", 1),
+        ]
+
+
+def test_a_jpeg_of_another_size_than_its_image_says_is_refused(tmp_path: Path) -> None:
+    fields: dict[str, object] = {
+        "external": 0,
+        "colour": 1,
+        "width": 5,
+        "height": 3,
+        "jpeg": _flat(_file(RGB, "JPEG")),
+    }
+    assert _load(Record("CImage", 8, fields), tmp_path).width == 5
+    with pytest.raises(InputError, match="a JPEG file of 5 x 3 pixels in an image of 6 x 3"):
+        _load(Record("CImage", 8, {**fields, "width": 6}), tmp_path)
+
+
+def test_a_depth_file_without_pixels_names_itself(tmp_path: Path) -> None:
+    (tmp_path / "a_Images").mkdir()
+    (tmp_path / "a_Images" / "d.bin").write_bytes(bytes(8))
+    fields = {"has_range": 1, "range_external": 1, "range_file": "d.bin"}
+    empty = {"rows": 0, "columns": 0, "range": np.empty(0, "<u2")}
+    with (
+        opened(save(tmp_path / "a.rawlog", scan(**fields, **empty))) as sequence,
+        pytest.raises(InputError, match=r"a_Images/d\.bin: the depth image has no pixels"),
+    ):
+        next(sequence.images()).load()
 
 
 @pytest.mark.parametrize(
@@ -182,5 +237,6 @@ def test_external_images_that_are_none_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a_Images").mkdir()
     for data in (b"", b"text", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"):
         (tmp_path / "a_Images" / "x.png").write_bytes(data)
-        with pytest.raises(InputError, match=r"x\.png"):
+        with pytest.raises(InputError, match=r"x\.png") as caught:
             _load(Record("CImage", 9, {"external": 1, "file": "x.png"}), tmp_path)
+        assert "BytesIO" not in str(caught.value)

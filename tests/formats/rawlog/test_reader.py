@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import gzip
+import os
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,13 +14,18 @@ import pytest
 
 from tests.formats.rawlog import made
 from tests.formats.rawlog.made import TICKS, image_record, imu, names_of, opened, save, scan, with_depth
+from tumtools.convert import convert
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError, UsageError
-from tumtools.formats.rawlog import embedded, reader
+from tumtools.formats.rawlog import archive, embedded, reader
+from tumtools.formats.rawlog import survey as survey_module
 from tumtools.formats.rawlog.archive import Record
+from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.observations import imu_of
 from tumtools.formats.rawlog.survey import survey
 from tumtools.images.codec import pixels_of
-from tumtools.model.time import ticks_to_stamp
+from tumtools.model.text import TextLayout
+from tumtools.model.time import format_stamp, ticks_to_stamp
+from tumtools.sources import open_source
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -87,6 +95,39 @@ def test_embedded_images_in_any_order_come_in_time_order(
                 np.testing.assert_array_equal(pixels_of(frame.load()), COUNTS + number)
 
 
+@pytest.mark.parametrize("order", ["forward", "backward", "shuffled"])
+def test_there_are_no_more_passes_through_the_file_than_images_can_be_held(
+    order: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    numbers = list(range(40))
+    if order == "shuffled":
+        np.random.default_rng(0).shuffle(numbers)
+    colour = {"has_intensity": 1, "intensity": image_record(PIXELS)}
+    scans = [
+        scan(TICKS + FRAME_TICKS * number, **with_depth(COUNTS + number), **colour) for number in numbers
+    ]
+    path = save(tmp_path / "a.rawlog", *(scans[::-1] if order == "backward" else scans))
+    passes = []
+    monkeypatch.setattr(embedded, "_HELD_BYTES", 10 * (COUNTS.nbytes + PIXELS.nbytes))
+    original = embedded.pictures_in
+    monkeypatch.setattr(embedded, "pictures_in", lambda found: passes.append(1) or original(found))
+    with opened(path) as sequence:
+        for number, frame in enumerate(sequence.images(["depth"])):
+            np.testing.assert_array_equal(pixels_of(frame.load()), COUNTS + number)
+        assert len(passes) <= (1 if order == "forward" else 3)
+        passes.clear()
+        assert sum(1 for _ in sequence.images()) == 80
+        assert len(passes) <= (1 if order == "forward" else 6)
+
+
+def test_the_first_image_need_not_be_held_to_be_described(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(survey_module, "_HELD_BYTES", 1)
+    with opened(save(tmp_path / "a.rawlog", imu(), scan(**with_depth(COUNTS)))) as sequence:
+        assert (sequence.info.images["depth"].width, sequence.info.images["depth"].encoding) == (8, "16UC1")
+
+
 def test_a_choice_of_times_reads_only_these(tmp_path: Path) -> None:
     scans = [scan(TICKS + FRAME_TICKS * number, **with_depth(COUNTS)) for number in range(5)]
     with opened(save(tmp_path / "a.rawlog", *scans)) as sequence:
@@ -116,6 +157,14 @@ def test_several_sensors_for_one_stream_are_listed_and_one_can_be_chosen(tmp_pat
         ]
     with pytest.raises(UsageError, match="no sensor 'X' gives depth"):
         opened(path, topics={"depth": "X"})
+
+
+def test_thousands_of_sensors_are_not_all_listed(tmp_path: Path) -> None:
+    labels = [f"{number:04}" + "x" * 99 for number in range(1000)]
+    path = save(tmp_path / "a.rawlog", *(imu(TICKS + n, label) for n, label in enumerate(labels)))
+    with pytest.raises(UsageError, match=r"several sensors give accelerometer: .* and 995 more") as caught:
+        opened(path)
+    assert len(str(caught.value)) < 1000
 
 
 def test_what_a_sequence_has_no_place_for_is_listed_with_counts(tmp_path: Path) -> None:
@@ -192,15 +241,63 @@ def test_calibrations_that_change_are_counted(tmp_path: Path) -> None:
             assert [(o.stream, o.count) for o in sequence.info.not_carried if o.what == what] == expected
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"distortion": np.array([np.nan, *[0.0] * 7])},
+        {"fx_fy_cx_cy": np.array([np.inf, 7.5, 3.5, 2.5])},
+        {"rows": 2**32 - 1, "columns": 2**32 - 1},
+    ],
+)
+@pytest.mark.parametrize("to", ["rawlog", "mcap", "tum"])
+def test_intrinsics_that_are_no_cameras_are_left_out_and_told(
+    changes: dict[str, object], to: str, tmp_path: Path
+) -> None:
+    camera = made.camera()
+    camera.fields |= changes
+    record = scan(**with_depth(COUNTS), camera=camera)
+    with opened(save(tmp_path / "a.rawlog", record)) as sequence:
+        assert sequence.cameras == {}
+        assert "the intrinsics of depth in 1 observations are no camera's" in sequence.info.warnings[0]
+        report = convert(sequence, tmp_path / f"out{'.mcap' if to == 'mcap' else ''}", to)
+    assert report.verified
+    assert [loss.what for loss in report.losses if loss.stream == "depth"] == ["intrinsics"]
+
+
 def test_a_missing_external_file_is_warned_of_and_refused_when_images_are_wanted(tmp_path: Path) -> None:
     path = made.written(made.typical(), tmp_path)
     victim = next((tmp_path / "made" / "made_Images").glob("*_rgb.png"))
     victim.unlink()
     with opened(path) as sequence:
-        assert any("1 external files are missing" in text for text in sequence.info.warnings)
+        assert any("1 external file is missing" in text for text in sequence.info.warnings)
         assert sum(1 for _ in sequence.images(["depth"])) == 3
         with pytest.raises(MissingInputError, match=victim.name):
             sequence.images()
+
+
+@pytest.mark.parametrize("victim", [0, 1])
+def test_a_salvage_goes_on_without_the_files_that_are_missing(victim: int, tmp_path: Path) -> None:
+    source = made.typical()
+    stamp = int(source.image_stamps("rgb")[1])
+    literal = {
+        row: f"{format_stamp(int(t))} rgb/{row}.png" for row, t in enumerate(source.image_stamps("rgb"))
+    }
+    source.info = replace(source.info, text={"rgb": TextLayout(overrides=literal)})
+    path = made.written(source, tmp_path)
+    files = sorted((tmp_path / "made" / "made_Images").glob("*_rgb.png"))
+    files[victim].unlink()
+    with opened(path, salvage=True) as sequence:
+        assert sequence.info.images["rgb"].count == 2
+        assert sequence.info.images["rgb"].width == 8
+        assert (stamp in sequence.image_stamps("rgb").tolist()) is (victim == 0)
+        report = convert(sequence, tmp_path / "back", "tum")
+    assert report.verified
+    assert [(loss.stream, loss.what, loss.count) for loss in report.losses] == [
+        ("rgb", "images without their file", 1)
+    ]
+    assert sorted(file.name for file in (tmp_path / "back" / "rgb").iterdir()) == [
+        f"{row}.png" for row in range(3) if row != victim
+    ]
 
 
 def test_a_hostile_name_is_refused(tmp_path: Path) -> None:
@@ -231,6 +328,53 @@ def test_an_unknown_class_ends_the_reading_with_what_is_before_it(tmp_path: Path
         opened(path)
     with opened(path, salvage=True) as sequence:
         np.testing.assert_array_equal(pixels_of(next(sequence.images()).load()), COUNTS)
+
+
+@pytest.mark.parametrize("name", [archive.NULL, archive.EMPTY])
+@pytest.mark.parametrize("old", [False, True])
+def test_a_rawlog_may_begin_with_nothing(name: str, old: bool, tmp_path: Path) -> None:
+    nothing = Record(name, 0, old_framing=old)
+    path = save(tmp_path / "a.rawlog", nothing, scan(**with_depth(COUNTS)))
+    with open_source(path) as sequence:
+        assert sequence.info.format == "rawlog"
+        assert names_of(sequence) == {"depth": [(STAMP, 0)]}
+
+
+def test_a_wrong_checksum_loses_nothing_that_was_read_before_it(tmp_path: Path) -> None:
+    path = made.written(made.typical(), tmp_path)
+    data = bytearray(path.read_bytes())
+    data[-5] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=r"before offset \d+ of the file: damaged gzip data"):
+        opened(path)
+    with opened(path, salvage=True) as sequence:
+        assert names_of(sequence) == names_of(made.typical())
+        assert not any("edited" in text for text in sequence.info.warnings)
+        assert [loss.what for loss in sequence.info.not_carried] == ["end missing"]
+
+
+def test_a_second_member_that_was_hit_is_not_lost_in_silence(tmp_path: Path) -> None:
+    path = made.written(made.typical(), tmp_path)
+    more = bytearray(gzip.compress(CODEC.encode(imu())))
+    more[0] ^= 1
+    path.write_bytes(path.read_bytes() + more)
+    with pytest.raises(InputError, match="what follows a gzip member"):
+        opened(path)
+    with opened(path, salvage=True) as sequence:
+        assert "what follows a gzip member" in sequence.info.warnings[0]
+        assert [loss.what for loss in sequence.info.not_carried] == ["end missing"]
+
+
+@pytest.mark.parametrize("victim", ["made_Images/{}", "groundtruth.txt"])
+def test_a_pipe_in_the_place_of_a_file_is_refused_and_not_waited_for(victim: str, tmp_path: Path) -> None:
+    path = made.written(made.typical(), tmp_path)
+    image = next((path.parent / "made_Images").glob("*_rgb.png")).name
+    file = path.parent / victim.format(image)
+    file.unlink()
+    os.mkfifo(file)
+    with pytest.raises(InputError, match="no file but a pipe"), opened(path) as sequence:
+        for frame in sequence.images():
+            frame.load()
 
 
 def test_the_folder_of_a_rawlog_will_do(tmp_path: Path) -> None:

@@ -27,8 +27,10 @@ MODERN_MARK: Final = 0x80
 """Set in the first byte of an object, above the length of its name; clear in files before MRPT 0.5.5."""
 MAX_NAME: Final = 120
 _CLASS_NAME: Final = re.compile(rb"[\w:]+")
-MAX_FIELD: Final = 128 * 2**20
-"""No field is longer than this many bytes: a depth image of 8192x8192."""
+MAX_FIELD: Final = 64 * 2**20
+"""No field is longer than this many bytes: metres of 16 megapixels."""
+MAX_OBJECT: Final = 128 * 2**20
+"""No object is: a scan in 4K with its points, colours and depth."""
 
 NULL: Final = "nullptr"
 """Stands for a pointer to no object: no version, no body, an end mark."""
@@ -135,6 +137,7 @@ class Input:
         self._buffer = memoryview(b"")
         self._position = 0
         self._base = 0
+        self._object = 0
         self.path = path
         self.context = ""
         self.latest: dict[str, tuple[bytes, Record]] = {}
@@ -143,6 +146,11 @@ class Input:
     def offset(self) -> int:
         """Bytes read so far, inflated."""
         return self._base + self._position
+
+    def begin(self, context: str) -> None:
+        """Tell that an object begins that stands on its own."""
+        self.context = context
+        self._object = self.offset
 
     def fail(self, message: str, hint: str | None = None) -> NoReturn:
         """Raise an error that names the place.
@@ -181,6 +189,8 @@ class Input:
                 self.fail(f"a field of {size} bytes, but at most {left} bytes are left")
             if size > MAX_FIELD:
                 self.fail(f"a field of {size} bytes; more than {MAX_FIELD} are not read")
+            if self.offset + size - self._object > MAX_OBJECT:
+                self.fail(f"an object of more than {MAX_OBJECT} bytes, which are not read")
             if not self._refill(size):
                 have = len(self._buffer) - self._position
                 self.fail(

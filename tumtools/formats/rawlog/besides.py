@@ -7,12 +7,14 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
+from tumtools.formats.rawlog.signals import GROUNDTRUTH, GROUNDTRUTH_FILE
 from tumtools.model.sequence import IMAGE_STREAMS, LEFT_OUT, RECORDING, Loss
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from tumtools.errors import InputError
+    from tumtools.formats.rawlog.comment import Notes
     from tumtools.formats.rawlog.survey import Survey
 
 _NO_PLACE: Final = "a sequence has no stream for it"
@@ -29,6 +31,8 @@ def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: boo
     """
     for (label, what), count in sorted(found.not_carried.items()):
         yield Loss(label or "rawlog", what, count, _NO_PLACE)
+    for (label, what), count in sorted(found.nameless.items()):
+        yield Loss(label, what, count, "it is said to be in a file whose name is empty")
     others = Counter(
         (place.picture.label, f"{place.picture.stream} image")
         for place in found.places
@@ -36,10 +40,29 @@ def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: boo
     )
     for (label, what), count in sorted(others.items()):
         yield Loss(label, what, count, "no or another sensor was chosen for the stream")
+    for (stream, label), count in sorted(found.cameras_refused.items()):
+        if labels.get(stream) == label:
+            why = "no camera has them: numbers that are infinite or none, or an absurd size"
+            yield Loss(stream, "intrinsics", count, why)
     why = "a sequence has one calibration for each image stream, that of its first observation"
     for (stream, label), count in sorted(found.cameras_changed.items()):
         if labels.get(stream) == label and not is_ours:
             yield Loss(stream, "calibrations that differ from the first", count, why)
+
+
+def left_behind(notes: Notes | None, missing: Iterable[str], *, has_groundtruth: bool) -> Iterator[Loss]:
+    """Yield what should be beside the rawlog and is not.
+
+    Args:
+        notes: What a comment of ours says.
+        missing: Stream of each image that is passed over, as its file is missing.
+        has_groundtruth: Whether its file is there.
+
+    """
+    for stream, count in sorted(Counter(missing).items()):
+        yield Loss(stream, "images without their file", count, "their external files are missing")
+    if notes and not has_groundtruth and GROUNDTRUTH in notes.metadata.streams:
+        yield Loss(GROUNDTRUTH, "ground truth", 1, f"{GROUNDTRUTH_FILE} is not beside the rawlog")
 
 
 def left_out(damage: InputError, promised: Mapping[str, int], found: Mapping[str, int]) -> Iterator[Loss]:

@@ -9,6 +9,7 @@ format needs. The last holds the digest of the content, known when all of it has
 from __future__ import annotations
 
 import json
+import zlib
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,6 +17,7 @@ from tumtools.errors import InputError
 from tumtools.formats import metadata
 from tumtools.model import digest
 from tumtools.model.camera import CameraInfo
+from tumtools.model.sequence import STREAMS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,6 +26,12 @@ if TYPE_CHECKING:
     from tumtools.model.digest import KeptDigest
 
 _START: Final = '{"rawlog":'
+_CRC: Final = "crc32"
+_NS_PER_TICK: Final = 100
+_MOST_ROWS: Final = 2**31 - 1
+_MOST_NUMBERS: Final = 64
+"""Of one array of a camera; no model of distortion has as many coefficients."""
+_CAMERA_NUMBERS: Final = {"k": 9, "d": None, "r": 9, "p": 12}
 _DIGEST_START: Final = f'{{"{metadata.DIGEST_RECORD}":'
 
 
@@ -54,6 +62,8 @@ def dump(notes: Notes) -> str:
     """Return the text of the comment."""
     own = asdict(notes)
     del own["metadata"]
+    own = json.loads(json.dumps(own))  # lists for tuples, as they are read
+    own[_CRC] = _crc(own)
     document = {"rawlog": own, metadata.RECORD: metadata.to_strings(notes.metadata)}
     return json.dumps(document, separators=(",", ":"), sort_keys=True)
 
@@ -93,25 +103,20 @@ def parse(text: str) -> Notes:
     """Return the notes in a comment of ours.
 
     Raises:
-        ValueError: They are damaged or of a later version.
+        InputError: They are of a later version.
+        ValueError: They are damaged.
 
     """
-    document = _parsed(text)
     try:
+        document = _parsed(text)
         own = document["rawlog"]
-        return Notes(
-            metadata=metadata.from_strings(document[metadata.RECORD]),
-            dialect=str(own["dialect"]),
-            counts={stream: int(count) for stream, count in own["counts"].items()},
-            frame_ids={stream: str(name) for stream, name in own["frame_ids"].items()},
-            accelerometer_remainders_ns=tuple(map(int, own["accelerometer_remainders_ns"])),
-            cameras={stream: _camera(entry) for stream, entry in own["cameras"].items()},
-        )
-    except InputError as error:
-        raise ValueError(error.message) from error
-    except (AttributeError, KeyError, RecursionError, TypeError) as error:
-        msg = f"a part is missing or of the wrong type ({error})"
-        raise ValueError(msg) from error
+        _check(own)
+        return _notes(own, metadata.from_strings(document[metadata.RECORD]))
+    except InputError:
+        raise
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError, OverflowError) as error:
+        what = f"there is no {error}" if isinstance(error, KeyError) else str(error)
+        raise ValueError(what) from error
 
 
 def _parsed(text: str) -> dict[str, Any]:
@@ -124,6 +129,59 @@ def _parsed(text: str) -> dict[str, Any]:
     return document
 
 
-def _camera(entry: dict[str, Any]) -> CameraInfo:
-    k, d, r, p = (tuple(map(float, entry[name])) for name in ("k", "d", "r", "p"))
-    return CameraInfo(int(entry["width"]), int(entry["height"]), k, d, r, p, str(entry["distortion_model"]))
+def _check(own: Mapping[str, object]) -> None:
+    crc = _crc(own)
+    if own.get(_CRC, crc) != crc:  # files of the first days have none
+        raise ValueError("its CRC is wrong")
+
+
+def _crc(own: Mapping[str, object]) -> str:
+    text = json.dumps({key: own[key] for key in own if key != _CRC}, separators=(",", ":"), sort_keys=True)
+    return f"{zlib.crc32(text.encode()):08x}"
+
+
+def _notes(own: Mapping[str, object], kept: Metadata) -> Notes:
+    remainders = own["accelerometer_remainders_ns"]
+    if not isinstance(remainders, list):
+        raise TypeError("accelerometer_remainders_ns is no list")
+    return Notes(
+        metadata=kept,
+        dialect=str(own["dialect"]),
+        counts={stream: _integer("counts", count, _MOST_ROWS) for stream, count in _by_stream(own, "counts")},
+        frame_ids={stream: str(name) for stream, name in _by_stream(own, "frame_ids")},
+        accelerometer_remainders_ns=tuple(
+            _integer("accelerometer_remainders_ns", rest, _NS_PER_TICK - 1) for rest in remainders
+        ),
+        cameras={stream: _camera(entry) for stream, entry in _by_stream(own, "cameras")},
+    )
+
+
+def _by_stream(own: Mapping[str, object], name: str) -> list[tuple[str, object]]:
+    """Return an entry that has a value for some streams."""
+    values = own[name]
+    if not isinstance(values, dict) or not values.keys() <= set(STREAMS):
+        raise TypeError(f"{name} is no table by stream")
+    return list(values.items())
+
+
+def _integer(name: str, value: object, most: int) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= most:
+        raise ValueError(f"{str(value)[:20]} in {name}, not a whole number of 0 to {most}")
+    return value
+
+
+def _camera(entry: object) -> CameraInfo:
+    if not isinstance(entry, dict):
+        raise TypeError("a camera is no table")
+    k, d, r, p = (_floats(name, entry[name], count) for name, count in _CAMERA_NUMBERS.items())
+    width, height = (_integer(name, entry[name], _MOST_ROWS) for name in ("width", "height"))
+    return CameraInfo(width, height, k, d, r, p, str(entry["distortion_model"]))
+
+
+def _floats(name: str, values: object, count: int | None) -> tuple[float, ...]:
+    """Check that these are numbers; they may be NaN, as those of a camera that is not calibrated."""
+    if not isinstance(values, list) or len(values) > _MOST_NUMBERS or count not in {None, len(values)}:
+        raise ValueError(f"{name} of a camera is no list of {'' if count is None else count} numbers")
+    if not all(isinstance(value, float | int) and not isinstance(value, bool) for value in values):
+        raise TypeError(f"{name} of a camera holds other things than numbers")
+    return tuple(float(value) for value in values)

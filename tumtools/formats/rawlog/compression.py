@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import zlib
 from typing import IO, TYPE_CHECKING, Final, Literal, Protocol
 
@@ -24,12 +25,15 @@ CONTAINERS: Final[tuple[Container, ...]] = ("gzip", "zstd", "none")
 _GZIP_MAGIC: Final = b"\x1f\x8b"
 _ZSTD_MAGIC: Final = b"\x28\xb5\x2f\xfd"
 _CHUNK: Final = 256 * 1024
+_STEP: Final = 1024
+"""What is inflated at a time next to damage; what comes before it in one step is lost."""
 _GZIP: Final = 31
 """zlib's window bits for the largest window inside a gzip member."""
 _LARGEST_RATIO: Final = {"none": 1, "gzip": 1032, "zstd": 2**16}
 """Inflated bytes that a compressed byte can at most stand for (deflate: 258 bytes in 2 bits;
 Zstandard: a block of 128 KiB in 4 bytes)."""
 _ZSTD_WINDOW: Final = 64 * 2**20
+_OPEN: Final[int] = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def sniff(head: bytes | memoryview) -> Container:
@@ -40,10 +44,22 @@ def sniff(head: bytes | memoryview) -> Container:
     return "zstd" if start == _ZSTD_MAGIC else "none"
 
 
+def _end_of_gzip_header(data: bytes) -> int:
+    """Return where the compressed data of a gzip member begins (RFC 1952, section 2.3)."""
+    flags, end = data[3], 10
+    if flags & 4:  # extra field
+        end += 2 + int.from_bytes(data[end : end + 2], "little")
+    for flag in (8, 16):  # name, comment
+        if flags & flag:
+            end = data.find(b"\0", end) + 1 or len(data)
+    return end + (2 if flags & 2 else 0)
+
+
 class Pieces:
     """The inflated bytes of a file, in pieces of bounded size.
 
-    gzip may consist of several members; what follows the last one and is no member is ignored, as gzip does.
+    gzip may consist of several members, and end with zeros. What else follows a member is damage: the header
+    of the next one may have been hit, and gzip itself would pass over the rest without a word.
 
     Attributes:
         container: The compression that was found.
@@ -72,8 +88,8 @@ class Pieces:
             raise InputError(
                 f"damaged {self.container} data ({error})",
                 path=self.path,
-                location=f"offset {self._file.tell()} of {self.size} at most",
-                hint="fetch or copy the file again",
+                location=f"before offset {self._file.tell()} of the file",
+                hint="fetch or copy the file again; --salvage reads what comes before the damage",
             ) from error
         except OSError as error:
             raise InputError(f"cannot be read ({error.strerror})", path=self.path) from error
@@ -96,18 +112,58 @@ class Pieces:
     def _gzip(self) -> Iterator[bytes]:
         data = self._file.read(_CHUNK)
         while data[:2] == _GZIP_MAGIC:
-            member = isal_zlib.decompressobj(_GZIP)
+            begin = self._file.tell() - len(data)
+            member, given = isal_zlib.decompressobj(_GZIP), 0
             while not member.eof:
                 data = data or self._file.read(_CHUNK)
-                piece = member.decompress(data, _CHUNK)
+                try:
+                    piece = member.decompress(data, _CHUNK)
+                except IsalError:  # type: ignore[misc]  # its stub is wrong
+                    yield from self._to_the_damage(begin, given)
+                    raise
                 if not (piece or data or member.eof):
                     raise EOFError("the data ends before the end of the gzip member")
                 if piece:
+                    given += len(piece)
                     yield piece
                 data = member.unconsumed_tail
             data = member.unused_data or self._file.read(_CHUNK)
             if len(data) == 1:
                 data += self._file.read(_CHUNK)
+        place = self._file.tell() - len(data)
+        while data:
+            if data.strip(b"\0"):
+                raise InputError(
+                    "what follows a gzip member is neither another one nor zeros to the end of the file",
+                    path=self.path,
+                    location=f"offset {place} of the file",
+                    hint="fetch or copy the file again; --salvage reads what comes before the damage",
+                )
+            data = self._file.read(_CHUNK)
+
+    def _to_the_damage(self, begin: int, given: int) -> Iterator[bytes]:
+        """Inflate what an inflater has dropped that found damage, and leave out what it has given before.
+
+        Args:
+            begin: Where the gzip member begins in the file.
+            given: Bytes of it that have been given.
+
+        """
+        with open_file(self.path) as file:
+            file.seek(begin)
+            head = file.read(_CHUNK)
+            start = _end_of_gzip_header(head)
+            inflater, data = zlib.decompressobj(-zlib.MAX_WBITS), head[start:]
+            parts: list[bytes] = []
+            try:
+                while data and not inflater.eof:
+                    piece = inflater.decompress(data, min(given, _CHUNK) or _STEP)
+                    parts.append(piece[given:])
+                    given = max(0, given - len(piece))
+                    data = inflater.unconsumed_tail or file.read(_STEP)
+            except zlib.error:
+                pass
+        yield b"".join(parts)
 
     def _zstd(self) -> Iterator[bytes]:
         inflater = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW)
@@ -118,46 +174,81 @@ class Pieces:
 
 
 def open_file(path: Path) -> IO[bytes]:
-    """Open a file for reading.
+    """Open a file for reading; a pipe or a device is none, and opening it must not wait for anybody.
 
     Raises:
         MissingInputError: There is no such file.
-        InputError: It cannot be opened.
+        InputError: It cannot be opened, or is no regular file.
 
     """
     try:
-        return path.open("rb")
+        file = os.fdopen(os.open(path, _OPEN), "rb")
     except FileNotFoundError as error:
         raise MissingInputError("there is no such file", path=path) from error
     except OSError as error:
         raise InputError(f"cannot be opened ({error.strerror})", path=path) from error
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise InputError("this is no file but a pipe or a device", path=path, hint="save it to a file first")
+    return file
 
 
-def inflate(data: bytes, most: int, path: Path) -> bytes:
+def read_file(path: Path, most: int | None = None) -> bytes:
+    """Read a file at once, up to one byte more than `most`; raises as `open_file` does."""
+    with open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        try:
+            return file.read((size if most is None else min(size, most)) + 1)  # its memory is taken at once
+        except OSError as error:
+            raise InputError(f"cannot be read ({error.strerror})", path=path) from error
+
+
+def inflate(data: bytes, most: int, path: Path, *, cut: bool = False) -> bytes:
     """Inflate a small file at once, up to `most` bytes.
+
+    Args:
+        data: The file.
+        most: Bytes that it may inflate to.
+        path: Of the file, for messages.
+        cut: Return one byte more than these if it inflates to more, instead of failing.
 
     Raises:
         InputError: It is damaged, or larger than that.
 
     """
+    result, whole = _inflated(data, most + 1, path)
+    if not whole and len(result) <= most:
+        raise InputError("the gzip data ends too early", path=path, hint="copy the file again")
+    if len(result) > most and not cut:
+        raise InputError(f"inflates to more than {most} bytes", path=path)
+    return result[: most + 1]
+
+
+def inflated_start(data: bytes, size: int, path: Path) -> bytes:
+    """Return the first bytes of an inflated file.
+
+    Raises:
+        InputError: It is damaged.
+
+    """
+    return _inflated(data, size, path)[0][:size]
+
+
+def _inflated(data: bytes, size: int, path: Path) -> tuple[bytes, bool]:
+    """Inflate up to so many bytes; tell whether the end of a gzip member has been reached."""
     try:
         match sniff(data):
             case "gzip":
                 member = isal_zlib.decompressobj(_GZIP)
-                result = member.decompress(data, most + 1)
-                whole = member.eof or len(result) > most
+                result = member.decompress(data, size)
+                return result, member.eof
             case "zstd":
                 reader = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW).stream_reader(data)
-                result, whole = reader.read(most + 1), True
+                return reader.read(size), True
             case _:
-                result, whole = data, True
+                return data, True
     except (IsalError, zstandard.ZstdError) as error:  # type: ignore[misc]  # its stub is wrong
         raise InputError(f"damaged compression ({error})", path=path, hint="copy the file again") from error
-    if not whole:
-        raise InputError("the gzip data ends too early", path=path, hint="copy the file again")
-    if len(result) > most:
-        raise InputError(f"inflates to more than {most} bytes", path=path)
-    return result
 
 
 class Deflater(Protocol):

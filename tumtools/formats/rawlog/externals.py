@@ -9,16 +9,17 @@ and leaves the files as they are, so the content tells which it is, not the vers
 
 from __future__ import annotations
 
-import os
 import struct
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.errors import InputError, MissingInputError
+from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
 from tumtools.formats.rawlog import archive
-from tumtools.formats.rawlog.compression import inflate
+from tumtools.formats.rawlog.compression import inflate, inflated_start, read_file
+from tumtools.images.limits import check_size
+from tumtools.images.parallel import take_room
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,6 +30,8 @@ IMAGES_SUFFIX: Final = "_Images"
 """What the name of the folder of the files adds to the name of the rawlog."""
 _FOLDERS: Final = ("{stem}_Images", "{stem}_images", "{stem}_IMAGES", "Images")
 _MAX_FILE: Final = archive.MAX_FIELD
+_MOST_HEADER: Final = 1 + archive.MAX_NAME + 1 + 8
+_COUNTS: Final = 2**16
 _U16_HEADER: Final = struct.Struct("<II")
 
 
@@ -61,7 +64,11 @@ class Folder:
 
         """
         parts = name.replace("\\", "/").split("/")
-        if not name or "\0" in name or parts[0] == "" or parts[0].endswith(":") or ".." in parts:
+        if not name or "\0" in name:
+            raise InputError(
+                f"the external file name {name[:100]!r} is the name of no file", path=self.rawlog
+            )
+        if parts[0] == "" or parts[0].endswith(":") or ".." in parts:
             raise InputError(
                 f"the external file name {name[:100]!r} leads out of the folder of the rawlog",
                 path=self.rawlog,
@@ -98,17 +105,13 @@ class Folder:
         """
         path = self.locate(name)
         try:
-            with path.open("rb") as file:
-                size = os.fstat(file.fileno()).st_size
-                data = file.read(min(size, _MAX_FILE) + 1)  # the memory for all of it is taken at once
-        except FileNotFoundError as error:
+            data = read_file(path, _MAX_FILE)
+        except MissingInputError as error:
             raise MissingInputError(
                 f"the external file of {self.rawlog.name} is missing",
                 path=path,
                 hint="copy the folder of the images to the rawlog",
             ) from error
-        except (OSError, ValueError) as error:
-            raise InputError(f"the external file cannot be read ({error})", path=path) from error
         if len(data) > _MAX_FILE:
             raise InputError(f"the external file has more than {_MAX_FILE} bytes", path=path)
         return data
@@ -135,53 +138,57 @@ def read_depth(folder: Folder, name: str) -> npt.NDArray[np.uint16] | npt.NDArra
     data = folder.read(name)
     if name.endswith(".txt"):
         return _text_depth(data, path)
-    raw = memoryview(inflate(data, _MAX_FILE, path))
-    if len(raw) < _U16_HEADER.size:
-        raise InputError(f"a depth file of {len(raw)} bytes has no header", path=path)
-    rows, columns = _U16_HEADER.unpack_from(raw)
-    if len(raw) == _U16_HEADER.size + 2 * rows * columns:
-        return np.frombuffer(raw, "<u2", offset=_U16_HEADER.size).reshape(rows, columns)
-    if raw[0] & archive.MODERN_MARK:
-        return _matrix(raw, path)
-    raise InputError(
-        f"the depth file announces {rows} x {columns} pixels of 16 bits, that is "
-        f"{_U16_HEADER.size + 2 * rows * columns} bytes; it has {len(raw)}",
-        path=path,
-    )
-
-
-def _matrix(raw: memoryview, path: Path) -> npt.NDArray[np.float32]:
-    """Decode a float matrix object: name, version, rows, columns, values, end mark."""
-    name_end = 1 + (raw[0] & ~archive.MODERN_MARK)
-    name = bytes(raw[1:name_end]).decode("latin-1")
-    start = name_end + 1
-    if archive.class_of(name) != "CMatrixF" or len(raw) < start + _U16_HEADER.size or raw[name_end] != 0:
+    head = inflated_start(data, _MOST_HEADER, path)
+    start = _matrix_start(head)
+    dtype, what = ("<u2", "pixels of 16 bits") if start == 0 else ("<f4", "numbers in a matrix")
+    if len(head) < start + _U16_HEADER.size:
+        raise InputError(f"a depth file of {len(head)} bytes has no header", path=path)
+    rows, columns = _U16_HEADER.unpack_from(head, start)
+    try:
+        check_size(columns, rows)
+    except UnsupportedInputError as error:
+        raise UnsupportedInputError(f"the depth file announces {error.message}", path=path) from error
+    take_room(4 * rows * columns)
+    begin = start + _U16_HEADER.size
+    end = begin + np.dtype(dtype).itemsize * rows * columns
+    size = end + (1 if start else 0)
+    raw = inflate(data, size, path, cut=True)
+    if len(raw) != size or (start and raw[end] != archive.END_MARK):
+        found = f"more than {size}" if len(raw) > size else f"{len(raw)}"
         raise InputError(
-            f"the depth file is neither 16-bit counts nor a matrix of MRPT ({name!r})", path=path
-        )
-    rows, columns = _U16_HEADER.unpack_from(raw, start)
-    end = start + _U16_HEADER.size + 4 * rows * columns
-    if len(raw) != end + 1 or raw[end] != archive.END_MARK:
-        raise InputError(
-            f"the depth file announces a matrix of {rows} x {columns}, {end + 1} bytes; it has {len(raw)}",
+            f"the depth file announces {rows} x {columns} {what}, that is {size} bytes; it has {found}",
             path=path,
         )
-    values = np.frombuffer(raw[:end], "<f4", offset=start + _U16_HEADER.size)
-    return values.reshape(rows, columns).copy()  # where the values begin in the file is no multiple of 4
+    values = np.frombuffer(raw, dtype, count=rows * columns, offset=begin).reshape(rows, columns)
+    return values.copy() if start else values  # where a matrix begins in the file is no multiple of 4
+
+
+def _matrix_start(head: bytes) -> int:
+    """Return where the size of a float matrix stands, behind its name and version; 0 if this is none."""
+    end = 1 + (head[0] & ~archive.MODERN_MARK) if head else 0
+    if not end or not head[0] & archive.MODERN_MARK or head[end : end + 1] != b"\0":
+        return 0
+    return end + 1 if archive.class_of(head[1:end].decode("latin-1")) == "CMatrixF" else 0
 
 
 def _text_depth(data: bytes, path: Path) -> npt.NDArray[np.uint16] | npt.NDArray[np.float32]:
     """Decode a text matrix: counts if all are whole numbers that fit, else metres."""
     lines = [line for line in data.splitlines() if line.strip()]
-    try:
-        values = np.array(b" ".join(lines).split(), np.bytes_).astype(np.float64)
-        matrix = values.reshape(len(lines), -1)
-    except ValueError as error:
-        raise InputError(f"the depth file is no text matrix ({error})", path=path) from error
-    whole = matrix == np.rint(matrix)
-    if whole.all() and matrix.size and matrix.min() >= 0 and matrix.max() <= np.iinfo(np.uint16).max:
-        return matrix.astype(np.uint16)
-    return matrix.astype(np.float32)
+    columns = len(lines[0].split()) if lines else 0
+    check_size(columns, len(lines))
+    take_room(len(data) + 4 * columns * len(lines))
+    matrix = np.empty((len(lines), columns), np.float32)
+    whole = bool(lines)
+    for row, line in enumerate(lines):
+        try:
+            values = np.array(line.split(), np.bytes_).astype(np.float64).reshape(columns)
+            matrix[row] = values
+        except ValueError as error:
+            raise InputError(
+                f"the depth file is no text matrix ({error})", path=path, location=f"row {row}"
+            ) from error
+        whole = whole and bool(((values == np.rint(values)) & (values >= 0) & (values < _COUNTS)).all())
+    return matrix.astype(np.uint16) if whole else matrix
 
 
 def depth_payload(counts: npt.NDArray[np.uint16]) -> bytes:

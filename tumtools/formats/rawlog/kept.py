@@ -56,25 +56,31 @@ def read_kept(path: Path, found: Survey, *, salvage: bool) -> Kept:
     warnings: list[str] = []
 
     def read(remarks: list[Remark], parse: Callable[[str], _T]) -> _T | None:
-        if not remarks:
+        if len(remarks) != 1:
             return None
-        if len(remarks) > 1:
-            why = "a rawlog has one such comment; the others are of rawlogs that were joined with it"
-            losses.append(Loss("comment", "comments of tumtools besides the first", len(remarks) - 1, why))
-        first = remarks[0]
+        remark = remarks[0]
         try:
-            return parse(first.text)
-        except ValueError as error:
-            message = f"a comment of tumtools cannot be read ({error})"
+            return parse(remark.text)
+        except (InputError, ValueError) as error:
+            reason = error.message if isinstance(error, InputError) else str(error)
+            message = f"a comment of tumtools cannot be read ({reason})"
             if not salvage:
                 hint = "the file is damaged; get it again, or read it without that with --salvage"
-                raise InputError(message, path=path, location=first.place, hint=hint) from error
-            warnings.append(f"{path}, {first.place}: {message}; this is left out")
-            losses.append(Loss("comment", LEFT_OUT, 1, f"{first.place}: {message}"))
+                kind = type(error) if isinstance(error, InputError) else InputError
+                raise kind(message, path=path, location=remark.place, hint=hint) from error
+            warnings.append(f"{path}, {remark.place}: {message}; this is left out")
+            losses.append(Loss("comment", LEFT_OUT, 1, f"{remark.place}: {message}"))
             return None
 
     notes = read(found.notes, comment.parse)
     digest = read(found.digests, comment.parse_digest)
+    if len(found.notes) > 1:
+        warnings.append(
+            f"{path}: {len(found.notes)} rawlogs of tumtools have been put together in it; header lines, "
+            "decimals and the order of rows, which each has its own of, are left out"
+        )
+        why = "each is about a part of the rawlog only"
+        losses.append(Loss("comment", "comment of tumtools", len(found.notes), why))
     if found.comments:
         losses.append(Loss("comment", "comment text", len(found.comments), "a sequence has no stream for it"))
     return Kept(notes, digest, tuple(losses), tuple(warnings))

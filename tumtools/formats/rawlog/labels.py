@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import UsageError
 
@@ -13,6 +13,15 @@ if TYPE_CHECKING:
 
     from tumtools.formats.options import ReadOptions
     from tumtools.formats.rawlog.survey import Survey
+
+
+_MOST: Final = 5
+"""Sensors that a message lists; a rawlog may have thousands."""
+_LONGEST: Final = 60
+
+
+def _shown(label: str) -> str:
+    return repr(label) if len(label) <= _LONGEST else f"{label[:_LONGEST]!r}..."
 
 
 def choose_labels(path: Path, found: Survey, options: ReadOptions, warnings: list[str]) -> dict[str, str]:
@@ -34,7 +43,8 @@ def choose_labels(path: Path, found: Survey, options: ReadOptions, warnings: lis
         choice = f"--topic {stream}={options.topics[stream]}"
         warnings.append(f"{path}: {choice} has no effect: no sensor gives {stream}")
     for stream, labels in candidates.items():
-        listed = ", ".join(f"{label!r} ({count})" for label, count in labels.items())
+        listed = ", ".join(f"{_shown(label)} ({count})" for label, count in [*labels.items()][:_MOST])
+        listed += f" and {len(labels) - _MOST} more" if len(labels) > _MOST else ""
         asked = options.topics.get(stream)
         if asked is not None and asked not in labels:
             raise UsageError(f"no sensor {asked!r} gives {stream}; there are {listed}", path=path)
@@ -42,7 +52,7 @@ def choose_labels(path: Path, found: Survey, options: ReadOptions, warnings: lis
             chosen[stream] = asked if asked is not None else next(iter(labels))
             continue
         text = f"several sensors give {stream}: {listed}"
-        choice = f"--topic {stream}={next(iter(labels))}"
+        choice = f"--topic {stream}={next(iter(labels))[:_LONGEST]}"
         if options.lenient:
             warnings.append(f"{path}: {text}; choose one: {choice}")
         elif options.wants(stream):

@@ -94,7 +94,7 @@ def top_level(source: Input, *, runs: bool = False) -> Iterator[Record | Run]:
     """
     number = 0
     while not source.at_end():
-        source.context = f"object {number}"
+        source.begin(f"object {number}")
         header = archive.read_header(source)
         if archive.class_of(header.name) != "CRawlog":
             record = CODEC.read_body(source, header)
@@ -108,7 +108,7 @@ def top_level(source: Input, *, runs: bool = False) -> Iterator[Record | Run]:
         for _ in range(source.u32()):
             yield CODEC.read(source)
             number += 1
-            source.context = f"object {number}"
+            source.begin(f"object {number}")
         yield CODEC.read(source)
         archive.read_end(source, header)
         number += 1

@@ -7,7 +7,6 @@ Nothing is decoded before somebody asks for an image.
 
 from __future__ import annotations
 
-import re
 import zlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
@@ -19,8 +18,10 @@ from tumtools.formats.rawlog import archive, externals
 from tumtools.formats.rawlog.classes import DEPTH_CODES
 from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png
 from tumtools.images.depth import exact_counts
+from tumtools.images.limits import check_size
+from tumtools.images.parallel import take_room
 from tumtools.images.png import SIGNATURE
-from tumtools.model.time import parse_stamp, ticks_to_stamp
+from tumtools.model.time import ticks_to_stamp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,7 +36,9 @@ _JPEG_MAGIC: Final = b"\xff\xd8"
 _INFRARED: Final = 1
 _METRES: Final = 1.0
 _DEFAULT_UNITS: Final = 0.001
-_STAMP_IN_NAME: Final = re.compile(r"(?:.*/)?(-?\d{1,10}\.\d{1,9})(?:-(\d{1,9}))?_(?:rgb|depth|ir)\.\w+")
+"""MRPT's; taken for units that no sensor has, too."""
+_PLAUSIBLE_UNITS: Final = (1e-9, 1e3)
+"""Metres per count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +52,10 @@ class Picture:
         file: Name of the external file; None if the image is embedded.
         image: The `CImage`, for colour and infrared.
         scan: The scan, for embedded depth.
-        units_per_metre: For depth: counts per metre, where it is in counts.
+        units_per_metre: For depth: counts per metre, where it is in counts; None if what is there cannot be.
+        name: Name of the external file, kept where the image has been embedded since, if it is known.
+        beside: For depth in a scan that has its time from another image: the name of that one's file, empty
+            if it is embedded.
 
     """
 
@@ -60,6 +66,8 @@ class Picture:
     image: Record | None = None
     scan: Record | None = None
     units_per_metre: float | None = None
+    name: str | None = None
+    beside: str | None = None
 
     @property
     def stamp(self) -> int:
@@ -67,20 +75,23 @@ class Picture:
         return ticks_to_stamp(self.ticks)
 
     @property
-    def named(self) -> tuple[int, int] | None:
-        """The stamp that the external file is named after, and its number among equal ones."""
-        match = _STAMP_IN_NAME.fullmatch(self.file) if self.file else None
-        try:
-            return (parse_stamp(match[1]), int(match[2] or 0)) if match else None
-        except ValueError:  # a number like a stamp, but beyond the year 2262
-            return None
-
-    @property
     def nbytes(self) -> int:
         """Bytes embedded in the rawlog."""
         if self.image is not None:
             return max(self.image.array(name).nbytes for name in ("data", "zlib", "jpeg"))
         return 0 if self.scan is None else _embedded_range(self.scan).nbytes
+
+    def detached(self) -> Picture:
+        """Return the picture without anything else of its observation, and not as a view of the file."""
+        if self.image is not None:
+            return replace(self, image=_copied(self.image, *self.image.fields))
+        if self.scan is None:
+            return self
+        matrix = self.scan.child("range_matrix")
+        scan = _copied(self.scan, "rows", "columns", "range")
+        if matrix is not None:
+            scan.fields["range_matrix"] = _copied(matrix, *matrix.fields)
+        return replace(self, scan=scan)
 
     def load(self, folder: externals.Folder, exact_units_per_metre: float | None = None) -> Image:
         """Decode the image, or wrap the file that it is.
@@ -120,7 +131,9 @@ class Picture:
         else:
             raise InputError("the observation holds no depth", path=folder.rawlog)
         if not values.size:
-            raise InputError("the depth image has no pixels", path=folder.rawlog)
+            place = folder.rawlog if self.file is None else folder.locate(self.file)
+            raise InputError(f"the depth image has no pixels ({values.shape[0]} rows)", path=place)
+        check_size(values.shape[1], values.shape[0])
         if values.dtype == np.uint16:
             return image_of_pixels(values, "16UC1", self.units_per_metre or 1 / _DEFAULT_UNITS)
         metres = values.astype(np.float32, copy=False)
@@ -129,6 +142,13 @@ class Picture:
             if counts is not None:
                 return image_of_pixels(counts, "16UC1", exact_units_per_metre)
         return image_of_pixels(np.where(metres == 0, np.float32(np.nan), metres), "32FC1", _METRES)
+
+
+def _copied(record: Record, *names: str) -> Record:
+    """Return a record with some of its fields, their arrays copied."""
+    there = {name: record.fields[name] for name in names if name in record}
+    fields = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in there.items()}
+    return replace(record, fields=fields)
 
 
 def pictures_of(record: Record) -> Iterator[Picture]:
@@ -140,20 +160,44 @@ def pictures_of(record: Record) -> Iterator[Picture]:
 
 
 def _pictures_of_scan(scan: Record) -> Iterator[Picture]:
-    if image := _usable(scan.child("intensity")):
+    image = _usable(scan.child("intensity"))
+    if image is not None:
         yield _picture_of_image(image, "ir" if scan.integer("channel") == _INFRARED else "rgb", scan)
-    units = units_per_metre(scan.number("range_units", _DEFAULT_UNITS))
-    time, label = scan.integer("time"), scan.text("label")
-    if _embedded_range(scan).size:
-        yield Picture("depth", time, label, scan=scan, units_per_metre=units)
-    elif scan.integer("has_range") and scan.integer("range_external") and scan.text("range_file"):
-        yield Picture("depth", time, label, file=scan.text("range_file"), units_per_metre=units)
+    embedded, external = bool(_embedded_range(scan).size), scan.integer("range_external")
+    name = scan.text("range_file")
+    if not embedded and not (scan.integer("has_range") and external and name):
+        return
+    yield Picture(
+        "depth",
+        scan.integer("time"),
+        scan.text("label"),
+        file=None if embedded else name,
+        scan=scan if embedded else None,
+        units_per_metre=units_per_metre(scan.number("range_units", _DEFAULT_UNITS)),
+        name=name or None,
+        beside=None if image is None else image.text("file"),
+    )
+
+
+def nameless(record: Record) -> Iterator[str]:
+    """Name the images of an observation that are said to be in a file whose name is empty."""
+    name = {"CObservation3DRangeScan": "intensity", "CObservationImage": "image"}.get(record.type)
+    image = record.child(name) if name else None
+    if image is not None and image.integer("external") and not image.text("file"):
+        yield "image"
+    if (
+        record.integer("has_range")
+        and record.integer("range_external")
+        and not record.text("range_file")
+        and not _embedded_range(record).size
+    ):
+        yield "depth image"
 
 
 def _picture_of_image(image: Record, stream: str, owner: Record) -> Picture:
     time, label = owner.integer("time"), owner.text("label")
     if image.integer("external"):
-        return Picture(stream, time, label, file=image.text("file"))
+        return Picture(stream, time, label, file=image.text("file"), name=image.text("file"))
     return Picture(stream, time, label, image=image)
 
 
@@ -165,10 +209,13 @@ def _usable(image: Record | None) -> Record | None:
     return image if there else None
 
 
-def units_per_metre(range_units: float) -> float:
-    """Return counts per metre of a `rangeUnits`, the whole number where the float32 means one."""
-    if not range_units > 0 or not np.isfinite(1 / range_units):
-        return 1 / _DEFAULT_UNITS
+def units_per_metre(range_units: float) -> float | None:
+    """Return counts per metre of a `rangeUnits`, the whole number where the float32 means one.
+
+    None if no sensor has it: zero, negative, not a number, or beyond all measure.
+    """
+    if not _PLAUSIBLE_UNITS[0] <= range_units <= _PLAUSIBLE_UNITS[1]:
+        return None
     whole = round(1 / range_units)
     if whole and np.float32(1 / whole) == np.float32(range_units):
         return float(whole)
@@ -202,11 +249,19 @@ def _image_of_file(data: bytes) -> Image:
 def _image_of_record(image: Record) -> Image:
     jpeg = image.array("jpeg")
     if jpeg.size:
-        return image_of_jpeg(jpeg.tobytes())
+        found = image_of_jpeg(jpeg.tobytes())
+        announced = image.integer("width", found.width), image.integer("height", found.height)
+        if announced != (found.width, found.height):
+            raise InputError(
+                f"a JPEG file of {found.width} x {found.height} pixels in an image of "
+                f"{announced[0]} x {announced[1]}"
+            )
+        return found
     if image.version == 0:
         return _first_version(image)
     if image.integer("colour"):
         shape = abs(image.integer("height")), abs(image.integer("width")), 3
+        check_size(*shape[:2])
         return image_of_pixels(image.array("data").reshape(shape), "rgb8" if image.version >= 10 else "bgr8")  # noqa: PLR2004 - since MRPT 3
     return _grey(image)
 
@@ -216,6 +271,7 @@ def _first_version(image: Record) -> Image:
     if channels not in {1, 3}:
         raise UnsupportedInputError(f"images with {channels} channels are not read")
     shape = (image.integer("height"), image.integer("width"), channels)
+    check_size(*shape[:2])
     pixels = image.array("data").reshape(shape)
     if not image.integer("origin_top_left"):
         pixels = pixels[::-1]
@@ -232,9 +288,11 @@ def _grey(image: Record) -> Image:
     dtype = np.dtype(DEPTH_CODES[code])
     width, height, size = image.integer("width"), image.integer("height"), image.integer("byte_count")
     data = image.array("data")
+    check_size(width, height)
     if image.array("zlib").size:
         if not 0 <= size <= archive.MAX_FIELD:
             raise InputError(f"a grey image of {size} bytes")
+        take_room(size)
         try:
             inflated = zlib.decompressobj().decompress(image.array("zlib").tobytes(), size + 1)
         except zlib.error as error:

@@ -13,7 +13,7 @@ from tumtools.errors import InputError
 from tumtools.formats.rawlog import comment, observations
 from tumtools.formats.rawlog.archive import class_of
 from tumtools.formats.rawlog.objects import Objects
-from tumtools.formats.rawlog.pictures import Picture, pictures_of
+from tumtools.formats.rawlog.pictures import Picture, nameless, pictures_of
 from tumtools.formats.rawlog.runs import TICKS, Run
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage", "CObservationIMU"})
 _TIMELESS: Final = "observations without a time"
+_HELD_BYTES: Final = 64 * 2**20
+"""First images are held up to this size; a rawlog may have thousands of sensors."""
 _COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
 
 
@@ -107,12 +109,15 @@ class Survey:
         notes: Comments of ours that hold notes.
         digests: Comments of ours that hold a digest.
         places: Every image with a time.
-        first: First image of each stream and label, with what is embedded.
+        first: First image of each stream and label, with what is embedded; of the first of those sensors.
         accelerations: By label.
         cameras: First intrinsics of each stream and label.
         cameras_changed: Observations of each stream and label whose intrinsics are not the first.
+        cameras_refused: Intrinsics that are no camera's, by stream and label.
         not_carried: By label and what it is.
         euclidean: Depth images that hold distances along the ray, by label.
+        nameless: Images that are said to be in a file without a name, by label and what they are.
+        unitless: Depth images of counts whose unit no sensor has, by label.
         damage: What ended the reading before the end of the file.
 
     """
@@ -129,9 +134,13 @@ class Survey:
     accelerations: dict[str, Accelerations] = field(default_factory=dict)
     cameras: dict[tuple[str, str], CameraInfo] = field(default_factory=dict)
     cameras_changed: Counter[tuple[str, str]] = field(default_factory=Counter)
+    cameras_refused: Counter[tuple[str, str]] = field(default_factory=Counter)
     not_carried: Counter[tuple[str, str]] = field(default_factory=Counter)
     euclidean: Counter[str] = field(default_factory=Counter)
+    nameless: Counter[tuple[str, str]] = field(default_factory=Counter)
+    unitless: Counter[str] = field(default_factory=Counter)
     damage: InputError | None = None
+    _held_bytes: int = 0
 
     def add(self, number: int, record: Record) -> None:
         """Take a top-level object in."""
@@ -152,6 +161,8 @@ class Survey:
             imu = observations.imu_of(observation) if observation.type == "CObservationIMU" else None
             for what in observations.not_carried(observation, imu):
                 self.not_carried[label, what] += 1
+            for what in nameless(observation):
+                self.nameless[label, what] += 1
             for picture in pictures_of(observation):
                 self._add_picture(number, part, picture)
                 part += 1
@@ -198,13 +209,20 @@ class Survey:
         if not picture.ticks:
             self.not_carried[picture.label, _TIMELESS] += 1
             return
-        self.first.setdefault((picture.stream, picture.label), picture)
+        if picture.stream == "depth" and picture.units_per_metre is None:
+            self.unitless[picture.label] += 1
+        sensor = (picture.stream, picture.label)
+        if sensor not in self.first and self._held_bytes + picture.nbytes <= _HELD_BYTES:
+            self.first[sensor] = picture.detached()
+            self._held_bytes += picture.nbytes
         bare = replace(picture, image=None, scan=None)
         self.places.append(Place(number, part, bare, picture.nbytes))
 
     def _add_cameras(self, observation: Record, label: str) -> None:
         for stream, camera in observations.cameras_of(observation):
-            if self.cameras.setdefault((stream, label), camera) != camera:
+            if not camera.is_plausible:
+                self.cameras_refused[stream, label] += 1
+            elif self.cameras.setdefault((stream, label), camera) != camera:
                 self.cameras_changed[stream, label] += 1
 
     def _add_acceleration(self, imu: observations.Imu, label: str, ticks: int) -> None:

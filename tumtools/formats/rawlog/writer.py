@@ -39,7 +39,8 @@ from tumtools.formats.rawlog.plan import (
     plan_converter,
     plan_lossless,
 )
-from tumtools.formats.rawlog.reader import ACCELEROMETER, GROUNDTRUTH_FILE, SUFFIX
+from tumtools.formats.rawlog.reader import SUFFIX
+from tumtools.formats.rawlog.signals import ACCELEROMETER, GROUNDTRUTH_FILE
 from tumtools.formats.rawlog.store import Store, Stored
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images import depth

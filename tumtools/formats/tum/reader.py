@@ -223,16 +223,18 @@ class TumSequence(Sequence):
         nbytes = sum(sizes[name] for name in present)
         folder = names[0].rpartition("/")[0] if names else stream
         if not present:
-            return ImageStreamInfo(count=len(names), compression="png", source=folder)
+            return ImageStreamInfo(count=len(names), compression="png", source=folder, is_uniform=True)
         try:
             found = png.check(self._storage.read(present[0]))
         except InputError:
             # Reading the images will say so with its name; the header of a sequence stays readable.
-            return ImageStreamInfo(count=len(names), nbytes=nbytes, compression="png", source=folder)
+            return ImageStreamInfo(
+                count=len(names), nbytes=nbytes, compression="png", source=folder, is_uniform=True
+            )
         units = TUM_DEPTH_UNITS_PER_METRE if stream == "depth" else None
         encoding = "mono16" if units is None and found.encoding == "16UC1" else found.encoding
         return ImageStreamInfo(
-            len(names), encoding, found.width, found.height, units, None, nbytes, "png", folder
+            len(names), encoding, found.width, found.height, units, None, nbytes, "png", folder, True
         )
 
     def _other_files(self) -> Iterator[Loss]:

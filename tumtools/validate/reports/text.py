@@ -7,6 +7,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
+from tumtools.printable import printable
 from tumtools.validate.finding import Severity
 
 if TYPE_CHECKING:
@@ -42,10 +43,10 @@ def render_styled(report: Report, style: Style) -> str:
     lines: list[str] = []
     results, fail_on = report.results, report.fail_on
     for result in results:
-        lines.append(style(f"{result.source}", "bold") + f"  ({_about(result)})")
+        lines.append(style(printable(result.source), "bold") + f"  ({_about(result)})")
         for file, findings in groupby(result.findings, key=lambda finding: finding.place.file):
             if file:
-                lines.append(f"  {file}")
+                lines.append(f"  {printable(file)}")
             lines.extend(_line(finding, style) for finding in findings)
         lines.append(f"  {verdict(result, fail_on, style)}")
         lines.append("")
@@ -69,7 +70,7 @@ def _line(finding: Finding, style: Style) -> str:
         where = f"{place}: "
     word = style(finding.severity.word, COLOURS[finding.severity])
     hint = f" [{finding.hint}]" if finding.hint else ""
-    return f"    {where}{word} {finding.code} {finding.message}{hint}"
+    return f"    {printable(where)}{word} {finding.code} {printable(finding.message + hint)}"
 
 
 def verdict(result: Result, fail_on: Severity | None, style: Style = plain) -> str:

@@ -241,6 +241,7 @@ def digest_differs(subject: Subject, limits: Limits) -> Iterator[Found]:
     """Compare the digests; what could not be read has been told."""
     del limits
     unread = {stream for stream, frames in subject.frames.items() if any(one.error for one in frames)}
+    unread |= subject.missing.keys()
     for one in subject.digests if not subject.damage else ():
         if one.same or one.stream in unread:
             continue

@@ -34,7 +34,7 @@ _LIST_FIELDS: Final = 2
     why="A reader that goes by the lists fails in the middle of a run, or skips frames without a word.",
     how=(
         "Every file name of the image lists is looked up in the folder or archive; a folder of "
-        "images needs its list. A recording needs one stream of a sequence."
+        "images needs its list. A recording needs one stream of a sequence, a rawlog the files that it names."
     ),
     mend="Get the sequence again, or take the rows without a file out of the list (`validate --fix`).",
     fixable=True,
@@ -47,6 +47,11 @@ def missing_file(subject: Subject, limits: Limits) -> Iterator[Found]:
             yield Found(error.message, NOWHERE, error.hint or "")
     if subject.info is not None and not subject.damage and not subject.all_stamps:
         yield Found("there are no images, no ground truth and no accelerations", NOWHERE)
+    for stream, missing in subject.missing.items():
+        severity = Severity.WARNING if subject.salvage else None
+        for row, stamp, name in missing:
+            place = Place(stream=stream, row=row, stamp=stamp)
+            yield Found(f"the external file {name} is missing", place, severity=severity)
     if subject.sizes is None:
         return
     for stream, names in subject.names.items():

@@ -66,7 +66,8 @@ def read_options(command: Command) -> Command:
         "topics",
         multiple=True,
         metavar="STREAM=TOPIC",
-        help="Which topic of a recording is rgb, depth, ir, accelerometer or groundtruth.",
+        help="Which topic of a recording is rgb, depth, ir, accelerometer or groundtruth; of a rawlog, which "
+        "sensor label.",
     )(command)
     return click.option(
         "--salvage", is_flag=True, help="Read a damaged recording up to the damage, and warn."

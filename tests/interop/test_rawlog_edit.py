@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 from contextlib import closing
 from typing import TYPE_CHECKING
@@ -142,6 +143,35 @@ def test_mrpt_embeds_the_pixels_that_we_wrote(rawlog: Path, dialect: str, tmp_pa
                 assert np.abs(pixels_of(other.load()).astype(int) - expected).max() <= 1
             else:
                 np.testing.assert_array_equal(pixels_of(other.load()), expected)
+
+
+def test_times_that_mrpt_remaps_hold_for_images_as_for_accelerations(
+    rawlog: Path, dialect: str, tmp_path: Path
+) -> None:
+    folder = tmp_path / "moved"
+    shutil.copytree(rawlog.parent, folder)
+    _edit(folder / "made.rawlog", "--remap-timestamps", "1;100", "-o", "moved.rawlog")
+    (folder / "made.rawlog").unlink()
+    (folder / "made_Images").rename(folder / "moved_Images")
+    with opened(rawlog) as before, opened(folder / "moved.rawlog") as after:
+        assert before.accelerometer is not None
+        assert after.accelerometer is not None
+        for one, other in (
+            (before.image_stamps("rgb"), after.image_stamps("rgb")),
+            (before.accelerometer.stamps, after.accelerometer.stamps),
+        ):
+            assert np.abs(other - one - 100 * 10**9).max() <= 1000  # it goes through a float64
+        assert any("are not those that their files are named after" in text for text in after.info.warnings)
+        assert convert(after, tmp_path / f"back_{dialect}", "tum").verified
+
+
+def test_depth_that_mrpt_embeds_keeps_its_stamps(rawlog: Path, dialect: str, tmp_path: Path) -> None:
+    _edit(rawlog, "--de-externalize", "-o", tmp_path / "embedded.rawlog")
+    with opened(rawlog) as ours, opened(tmp_path / "embedded.rawlog") as theirs:
+        for stream in ("rgb", "depth"):
+            apart = np.abs(ours.image_stamps(stream) - theirs.image_stamps(stream)).max()
+            # The other dialect has one time for both images, which went through a float64.
+            assert apart <= (1000 if dialect == "converter" else 0)
 
 
 @pytest.mark.real

@@ -75,7 +75,8 @@ def survive(watched: Watched, tasks: int, *words: str, longest: float, kills: in
     counts = watched.batch.run(*words)
     final = watched.ledger()
     assert {task: final[task] for task in proven} == proven
-    assert counts["done before"] == len(proven)
-    assert counts["done"] == tasks - len(proven) > 0
+    # A server may note what a killed run had asked it for after the ledger was looked at.
+    assert counts["done before"] in {len(proven), len(proven) + 1, len(proven) + 2}
+    assert counts["done"] == tasks - counts["done before"] > 0
     assert watched.batch.status("--full") == {"done": tasks}
     return done

@@ -85,9 +85,11 @@ def canonical_pixels(image: Image) -> tuple[str, npt.NDArray[np.generic]]:
         return encoding, ordered
     if image.encoding != "32FC1" and units == TUM_DEPTH_UNITS_PER_METRE:
         return "depth-counts", pixels.astype("<u2", copy=False)
-    metres = depth_in_metres(image, pixels)
-    counts = exact_counts(metres, TUM_DEPTH_UNITS_PER_METRE)
-    return ("depth-metres", metres) if counts is None else ("depth-counts", counts)
+    values = pixels if image.encoding == "32FC1" else depth_in_metres(image, pixels)
+    counts = exact_counts(values.astype(np.float32, copy=False), TUM_DEPTH_UNITS_PER_METRE)
+    if counts is not None:  # NaN and -0 have become 0 on the way
+        return "depth-counts", counts
+    return "depth-metres", depth_in_metres(image, pixels)
 
 
 def depth_in_metres(image: Image, pixels: npt.NDArray[np.generic] | None = None) -> npt.NDArray[np.float32]:

@@ -24,6 +24,7 @@ from tumtools.formats.options import WriteOptions, no_progress
 from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros.outgoing import outgoing
 from tumtools.formats.ros.style import make_style
+from tumtools.formats.tum.text import parse, render
 from tumtools.model.text import TextLayout
 from tumtools.sources import open_source
 
@@ -232,6 +233,16 @@ def test_an_order_of_rows_that_does_not_fit_is_left_out(tmp_path: Path) -> None:
     with open_source(path) as sequence:
         assert sequence.image_stamps("rgb").tolist() == [START, START + 1]
         assert any("3 rows of rgb" in text for text in sequence.info.warnings)
+
+
+def test_a_layout_gets_the_decimals_that_data_moved_by_others_needs() -> None:
+    layout = TextLayout(stamp_decimals=6, value_format="%.4f", overrides={0: "1.5 1 2 3", 1: "9.5 1 2 3"})
+    stamps, values = np.array([1_500_000_000, 2_500_000_100]), np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 1 / 3]])
+    found = metadata.fitting(layout, "accelerometer", stamps, values)
+    assert found.overrides == {0: "1.5 1 2 3"}
+    table = parse(render(found, "accelerometer", stamps, values), "accelerometer", "x")
+    assert table.stamps.tolist() == stamps.tolist()
+    assert np.array_equal(table.values, values)
 
 
 def test_a_topic_that_is_gone_is_named(tmp_path: Path) -> None:

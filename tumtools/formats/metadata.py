@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from tumtools.errors import InputError
-from tumtools.formats.tum.text import parse_row
+from tumtools.formats.tum.text import fit_layout, parse_literal
 from tumtools.model.camera import CAMERAS
 from tumtools.model.sequence import STREAMS
 from tumtools.model.text import TextLayout
@@ -107,9 +107,9 @@ def order_by_stamp(stamps: npt.NDArray[np.int64]) -> tuple[int, ...] | None:
 def fitting(
     layout: TextLayout, stream: str, stamps: npt.NDArray[np.int64], values: npt.NDArray[np.float64]
 ) -> TextLayout:
-    """Return the layout without literal rows that do not say what the data says.
+    """Return the layout without literal rows that do not say what the data says, and with enough decimals.
 
-    The data may have been cut by another tool, or the metadata changed.
+    The data may have been cut or moved in time by another tool, or the metadata changed.
 
     Args:
         layout: As the container keeps it.
@@ -123,12 +123,13 @@ def fitting(
         if not 0 <= row < len(stamps):
             return False
         try:
-            stamp, numbers, _ = parse_row(text.rsplit("\n", 1)[-1].strip().removeprefix("\ufeff"), stream)
+            stamp, numbers, _ = parse_literal(text, stream)
         except ValueError:
             return False
         return stamp == stamps[row] and np.array_equal(numbers, values[row], equal_nan=True)
 
-    return replace(layout, overrides={row: text for row, text in layout.overrides.items() if fits(row, text)})
+    literal = {row: text for row, text in layout.overrides.items() if fits(row, text)}
+    return fit_layout(replace(layout, overrides=literal), stamps, values)
 
 
 KEYS: Final = frozenset({"version", _CRC, *(one.name for one in fields(Metadata))})

@@ -124,7 +124,7 @@ class RawlogSequence(Sequence):
             self._entries,
             moved=moved,
         )
-        text = self._fitting_layouts(found, moved=moved)
+        text = self._fitting_layouts(found)
         groundtruth = read_groundtruth(path.parent)
         if groundtruth is not None:
             self.groundtruth, text[GROUNDTRUTH] = groundtruth
@@ -143,7 +143,7 @@ class RawlogSequence(Sequence):
 
     # --- the header -----------------------------------------------------------------------------------
 
-    def _fitting_layouts(self, found: Survey, *, moved: bool) -> dict[str, TextLayout]:
+    def _fitting_layouts(self, found: Survey) -> dict[str, TextLayout]:
         if self._notes is None:
             return {}
         return fitting_layouts(
@@ -152,7 +152,6 @@ class RawlogSequence(Sequence):
             self._stamps,
             self.accelerometer,
             self._warnings,
-            moved=moved,
             damaged=found.damage is not None,
         )
 

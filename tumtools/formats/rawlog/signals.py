@@ -12,7 +12,7 @@ import numpy as np
 from tumtools.formats import metadata
 from tumtools.formats.rawlog.compression import read_file
 from tumtools.formats.rawlog.stamps import FLOAT_TIME_ERROR_NS
-from tumtools.formats.tum.text import fit_layout, parse
+from tumtools.formats.tum.text import parse
 from tumtools.model.signals import Accelerometer, Trajectory
 from tumtools.model.time import stamp_to_ticks
 
@@ -92,7 +92,6 @@ def fitting_layouts(
     accelerometer: Accelerometer | None,
     warnings: list[str],
     *,
-    moved: bool,
     damaged: bool,
 ) -> dict[str, TextLayout]:
     """Return how the text files look, without what the comment says of rows that are not as they were.
@@ -103,7 +102,6 @@ def fitting_layouts(
         stamps: Of each image stream.
         accelerometer: With its stamps.
         warnings: What is left out is added.
-        moved: The times in the rawlog have been changed since the comment was written.
         damaged: Rows may be missing as they are behind the damage.
 
     """
@@ -123,8 +121,6 @@ def fitting_layouts(
             warnings.append(f"{path}: {len(times)} of the {written} rows of {stream} are there; {why}")
             continue
         layouts[stream] = metadata.fitting(layout, stream, times, values)
-        if moved:
-            layouts[stream] = fit_layout(layouts[stream], times, values)
         if dropped := len(layout.overrides) - len(layouts[stream].overrides):
             warnings.append(
                 f"{path}: the text that the comment keeps for {dropped} rows of {stream} does not say what "

@@ -235,14 +235,14 @@ def _bare(line: str) -> str:
     return _BEFORE_ROW.sub("", line).rstrip()
 
 
-def name_in_row(text: str, stream: str) -> str:
-    """Return the file name in a row of an image list, as `parse` reads it; other lines may stand before it.
+def parse_literal(text: str, stream: str) -> tuple[int, list[float], list[str]]:
+    """Read a row as `parse` does, before which other lines may stand; see `parse_row`.
 
     Raises:
         ValueError: It is no such row.
 
     """
-    return parse_row(_bare(text.rsplit("\n", 1)[-1]), stream)[2][0]
+    return parse_row(_bare(text.rsplit("\n", 1)[-1]), stream)
 
 
 def parse_row(text: str, stream: str) -> tuple[int, list[float], list[str]]:

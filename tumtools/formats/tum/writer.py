@@ -20,7 +20,7 @@ from isal import igzip
 from tumtools.errors import OutputError
 from tumtools.formats.options import Needs, Plan
 from tumtools.formats.tum.members import check_listed_name
-from tumtools.formats.tum.text import fit_layout, name_in_headers, name_in_row, render, render_rows
+from tumtools.formats.tum.text import fit_layout, name_in_headers, parse_literal, render, render_rows
 from tumtools.images.codec import png_of
 from tumtools.images.parallel import ordered_map
 from tumtools.model.camera import camera_of_name
@@ -151,7 +151,7 @@ def _name_repeats_apart(sequence: Sequence, stream: str, layout: TextLayout) -> 
     stamps = sequence.image_stamps(stream)
     unique, counts = np.unique(stamps, return_counts=True)
     overrides = dict(layout.overrides)
-    taken = {name_in_row(text, stream) for text in overrides.values()}
+    taken = {parse_literal(text, stream)[2][0] for text in overrides.values()}
     for stamp in unique[counts > 1].tolist():
         text = format_stamp(stamp, layout.stamp_decimals)
         names: dict[bytes, str] = {}
@@ -222,7 +222,7 @@ def _image_names(sequence: Sequence, stream: str, layout: TextLayout) -> list[st
     rows = render_rows(replace(layout, separator=" "), stream, stamps, np.empty((len(stamps), 0)))
     names = [row.split(" ")[1] for row in rows]
     for row, text in layout.overrides.items():
-        names[row] = name_in_row(text, stream)
+        names[row] = parse_literal(text, stream)[2][0]
     # Literal rows come from the source, which may be anybody's.
     return [check_listed_name(name, f"the list of {stream} images") for name in names]
 

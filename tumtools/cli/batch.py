@@ -11,6 +11,7 @@ import click
 
 from tumtools.cli import batch_options, options, output
 from tumtools.errors import TumtoolsError, UsageError
+from tumtools.printable import printable
 
 EXIT_FAILED: Final = 1
 
@@ -99,7 +100,7 @@ def _run(
 
 
 def _say(text: str) -> None:
-    output.message(output.one_line(text))
+    output.message(printable(text))
 
 
 @command.command(name="status")

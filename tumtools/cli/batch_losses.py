@@ -10,6 +10,7 @@ import click
 
 from tumtools.cli import output
 from tumtools.cli.report import loss_document
+from tumtools.printable import printable
 
 if TYPE_CHECKING:
     from tumtools.batch.losses import TargetLoss
@@ -45,4 +46,4 @@ def print_losses(losses: list[TargetLoss]) -> None:
 
 def _names(outputs: tuple[str, ...]) -> str:
     more = f" and {len(outputs) - 1} more" if len(outputs) > 1 else ""
-    return output.one_line(f"{outputs[0]}{more}")
+    return printable(f"{outputs[0]}{more}")

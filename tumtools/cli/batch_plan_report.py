@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tumtools.cli import output
+from tumtools.printable import printable
 
 if TYPE_CHECKING:
     from tumtools.batch.plan import Plan
@@ -55,7 +56,7 @@ def print_plan(plan: Plan, *, as_json: bool) -> None:
         )
     told = list(dict.fromkeys(task.problem for task in problems))
     for text in told[:_MOST_PROBLEMS]:
-        output.warning(output.one_line(f"will fail unless mended: {text}"))
+        output.warning(printable(f"will fail unless mended: {text}"))
     if len(told) > _MOST_PROBLEMS:
         output.warning(f"and {len(told) - _MOST_PROBLEMS} more; --json tells all")
     if losses:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.ledger import FAILED, SKIPPED
 from tumtools.cli import output
+from tumtools.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -73,11 +74,11 @@ def reason(entry: Entry) -> str:
     """Return in one line why a task failed or was skipped."""
     if entry.bug:
         return f"{entry.reason.partition(chr(10))[0]} (a bug of tumtools; status --json has the trace)"
-    return output.one_line(entry.reason.replace("\n  hint: ", "; hint: "))
+    return printable(entry.reason.replace("\n  hint: ", "; hint: "))
 
 
 def _say_why(outcome: Outcome, say: Callable[[str], None]) -> None:
     """Say why there is no output."""
     entry = outcome.entry
     if entry is not None and entry.state in {FAILED, SKIPPED}:
-        say(output.one_line(f"{entry.state}: {entry.output}: {reason(entry)}"))
+        say(printable(f"{entry.state}: {entry.output}: {reason(entry)}"))

@@ -102,14 +102,6 @@ def _is_number(text: str) -> bool:
     return text == "-" or text.replace(".", "").replace(",", "").strip("-").isdigit()
 
 
-def one_line(text: str) -> str:
-    """Return a text without what would end the line or move the cursor: names may hold anything."""
-    return "".join(
-        character if character.isprintable() else character.encode("unicode_escape", "surrogatepass").decode()
-        for character in text
-    )
-
-
 def message(text: str) -> None:
     """Say something on stderr, but not with --quiet."""
     if verbosity >= 0:

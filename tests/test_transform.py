@@ -124,7 +124,7 @@ def test_each_depth_image_is_rescaled_from_its_own_unit_whatever_the_first_has()
     for order in ([0, 1, 2, 3], [2, 3, 1, 0]):
         left = [images[number] for number in order]
         sequence = _with_depth(counts, images[order[0]].encoding, images[order[0]].depth_units_per_metre or 0)
-        sequence.load_depth = lambda left=left: left.pop(0)  # type: ignore[misc]
+        sequence.load_depth = lambda left=left: left.pop(0)  # type: ignore[misc]  # bound now
         sequence._stamps["depth"] = np.arange(4) * SECOND
         rescaled = rescale_depth(sequence, 5000.0)
         found = [_depth(frame.load()) for frame in rescaled.images(["depth"])]

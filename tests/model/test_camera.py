@@ -73,4 +73,4 @@ def test_numbers_and_sizes_tell_what_can_be_no_camera() -> None:
     good = calibration("fr1", "rgb")
     assert good.is_plausible
     for wrong in ({"d": (float("nan"),)}, {"k": (float("inf"),) * 9}, {"width": 0}, {"height": 2**32 - 1}):
-        assert not replace(good, **wrong).is_plausible  # type: ignore[arg-type]
+        assert not replace(good, **wrong).is_plausible  # type: ignore[arg-type]  # as named

@@ -55,7 +55,11 @@ def _up_to_the_error(path: Path) -> tuple[bytes, str]:
     return b"".join(found), str(caught.value)
 
 
-@pytest.mark.parametrize("rest", [b"garbage", bytes(600_000) + b"x", b"\0" + gzip.compress(b"more"), b"\x1f"])
+@pytest.mark.parametrize(
+    "rest",
+    [b"garbage", bytes(600_000) + b"x", b"\0" + gzip.compress(b"more"), b"\x1f"],
+    ids=["garbage", "zeros and a byte", "zero and a member", "half a magic"],
+)
 def test_what_follows_a_gzip_member_and_is_none_is_named(rest: bytes, tmp_path: Path) -> None:
     path = tmp_path / "file"
     first = gzip.compress(DATA)

@@ -17,6 +17,11 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "tumtools")
 
 
+def pytest_make_parametrize_id(val: object, argname: str) -> str | None:
+    """Number cases of long bytes: they may hold the time of their making, and workers must agree on the names."""
+    return argname if isinstance(val, bytes) and len(val) > 16 else None
+
+
 @pytest.fixture(scope="session")
 def real_data() -> Path:
     """Folder of the real data; the test is skipped where it is absent."""

@@ -18,7 +18,7 @@ settings.load_profile("ci" if os.environ.get("CI") else "tumtools")
 
 
 def pytest_make_parametrize_id(val: object, argname: str) -> str | None:
-    """Number cases of long bytes: they may hold the time of their making, and workers must agree on the names."""
+    """Number cases of long bytes: they may hold the time of their making; workers must agree on names."""
     return argname if isinstance(val, bytes) and len(val) > 16 else None
 
 

@@ -140,7 +140,7 @@ def test_github_commands_can_be_parsed_back(report: Report) -> None:
     assert parsed[0] == (
         "error",
         {"file": "a b/my,odd:name.txt", "line": "7", "title": "TUM003 unreadable-text"},
-        f"{AWKWARD}\nhint\nof two lines",
+        AWKWARD.replace("\x00", "\\x00").replace("\u2028", "\\u2028") + "\nhint\nof two lines",
     )
     assert [level for level, _, _ in parsed] == ["error", "warning", "notice"]
 
@@ -158,6 +158,14 @@ def test_text_names_file_and_line_and_gives_a_verdict(report: Report) -> None:
     assert "    depth[4]: warning TUM103 a gap" in text
     assert "failed: 1 error, 1 warning, 1 info" in text
     assert text.endswith("2 sources, 1 failed\n")
+
+
+@pytest.mark.parametrize("name", ["text", "markdown", "github", "junit"])
+def test_what_is_read_on_a_terminal_holds_nothing_that_it_obeys(name: str) -> None:
+    nasty = "\x1b[31m\u202e"
+    findings = (Finding("TUM003", Severity.ERROR, nasty, Place(nasty, 1), nasty),)
+    result = Result(nasty, nasty, False, nasty, "tum", findings, tuple(RULES))
+    assert "\x1b" not in render(Report((result,)), name)
 
 
 @pytest.mark.parametrize(("fail_on", "failed"), [(Severity.ERROR, True), (None, False)])

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from tumtools.printable import printable
 from tumtools.validate.finding import Severity
 from tumtools.validate.reports.text import verdict
 from tumtools.validate.rules import RULES
@@ -20,7 +21,7 @@ _COMMANDS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severi
 def render(report: Report) -> str:
     """Render a command a finding, and a verdict a source."""
     lines = [_command(result, finding) for result in report.results for finding in result.findings]
-    lines += [f"{_escape(result.source)}: {verdict(result, report.fail_on)}" for result in report.results]
+    lines += [f"{printable(result.source)}: {verdict(result, report.fail_on)}" for result in report.results]
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -33,12 +34,17 @@ def _command(result: Result, finding: Finding) -> str:
     where = f"{place}: " if not place.file and place.stream and place.line is None else ""
     hint = f"\n{finding.hint}" if finding.hint else ""
     listed = ",".join(f"{key}={_escape_property(value)}" for key, value in properties.items())
-    return f"::{_COMMANDS[finding.severity]} {listed}::{_escape(where + finding.message + hint)}"
+    return f"::{_COMMANDS[finding.severity]} {listed}::{_escape(_shown(where + finding.message + hint))}"
 
 
 def _escape(text: str) -> str:
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
+def _shown(text: str) -> str:
+    """Return lines of text that do nothing to the terminal of somebody who reads the log."""
+    return "\n".join(map(printable, text.split("\n")))
+
+
 def _escape_property(text: str) -> str:
-    return _escape(text).replace(":", "%3A").replace(",", "%2C")
+    return _escape(printable(text)).replace(":", "%3A").replace(",", "%2C")

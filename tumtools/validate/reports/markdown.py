@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from tumtools.printable import printable
 from tumtools.validate.finding import Severity
 from tumtools.validate.rules import RULES
 
@@ -48,4 +49,4 @@ def _row(finding: Finding) -> str:
 
 
 def _escape(text: str) -> str:
-    return " ".join(text.translate(_SPECIAL).splitlines())
+    return " ".join(printable(line) for line in text.splitlines()).translate(_SPECIAL)

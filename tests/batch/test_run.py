@@ -21,7 +21,7 @@ import pytest
 from tests.batch.batches import FIXTURES
 from tumtools.batch.claims import Claim, Claims
 from tumtools.batch.engines import create_engine
-from tumtools.batch.engines.engine import Completed, EngineSettings
+from tumtools.batch.engines.engine import Completed, EngineLostError, EngineSettings
 from tumtools.batch.engines.inline import InlineEngine
 from tumtools.batch.ledger import Entry, Ledger
 from tumtools.batch.losses import sum_up
@@ -303,7 +303,7 @@ def test_engines_of_others_are_found_by_their_entry_points(monkeypatch: pytest.M
     entry = EntryPoint("mine", "tumtools.batch.engines.inline:InlineEngine", "tumtools.engines")
     found = EntryPoints([entry])
     monkeypatch.setattr("tumtools.batch.engines.entry_points", lambda group: found.select(group=group))
-    assert isinstance(create_engine("mine", EngineSettings()), InlineEngine)
+    assert create_engine("mine", EngineSettings()).capacity == InlineEngine(EngineSettings()).capacity
     with pytest.raises(UsageError, match="no engine 'yours'") as caught:
         create_engine("yours", EngineSettings())
     assert "mine" in str(caught.value.hint)
@@ -328,6 +328,28 @@ def test_an_engine_of_others_that_cannot_be_started_is_theirs(
     monkeypatch.setattr("tumtools.batch.engines.entry_points", lambda group: found.select(group=group))
     with pytest.raises(UsageError, match=f"the engine mine .{value}. cannot be started: {message}"):
         create_engine("mine", EngineSettings())
+
+
+class Breaks(InlineEngine):
+    """Is gone after the first job."""
+
+    def as_completed(self) -> Iterator[Completed]:
+        yield next(super().as_completed())
+        raise RuntimeError("out of steam")
+
+
+def test_an_engine_of_others_that_breaks_is_theirs_and_what_is_done_stays(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = EntryPoints([EntryPoint("mine", "tests.batch.test_run:Breaks", "tumtools.engines")])
+    monkeypatch.setattr("tumtools.batch.engines.entry_points", lambda group: found.select(group=group))
+    plan = plan_of(folder)
+    engine = create_engine("mine", EngineSettings())
+    message = "the engine mine .tests.batch.test_run:Breaks. failed: RuntimeError: out of steam"
+    with pytest.raises(EngineLostError, match=message):
+        list(run(plan, list(plan.tasks), engine, RunOptions()))
+    assert states(plan) == {"done": 1, "pending": 2}
+    assert run_inline(plan) == {"kept done": 1, "worked done": 2}
 
 
 def test_engines_whose_name_is_taken_are_told(monkeypatch: pytest.MonkeyPatch) -> None:

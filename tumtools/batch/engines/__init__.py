@@ -8,11 +8,11 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Final, cast
 
-from tumtools.errors import TumtoolsError, UsageError
+from tumtools.batch.engines.others import OthersEngine, words_of
+from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from importlib.metadata import EntryPoint
 
     from tumtools.batch.engines.engine import Engine, EngineSettings
 
@@ -37,30 +37,12 @@ def create_engine(name: str, settings: EngineSettings) -> Engine:
     if name in ENGINES:
         module, attribute = ENGINES[name]
         for entry in same:
-            settings.say(f"the engine {name} is that of tumtools; {_words(entry)} is not used")
+            settings.say(f"the engine {name} is that of tumtools; {words_of(entry)} is not used")
         factory = getattr(import_module(module), attribute)
         return cast("Callable[[EngineSettings], Engine]", factory)(settings)
     if not same:
         known = ", ".join([*ENGINES, *sorted(others.names)])
         raise UsageError(f"no engine {name!r}", hint=f"engines: {known}")
     for entry in same[1:]:
-        settings.say(f"the engine {name} is {_words(same[0])}; {_words(entry)} is not used")
-    return _start(same[0], settings)
-
-
-def _start(entry: EntryPoint, settings: EngineSettings) -> Engine:
-    """Start an engine of others; whatever goes wrong is theirs, and their name is told."""
-    try:
-        return cast("Callable[[EngineSettings], Engine]", entry.load())(settings)
-    except TumtoolsError:
-        raise
-    except Exception as error:
-        raise UsageError(
-            f"the engine {entry.name} ({_words(entry)}) cannot be started: {type(error).__name__}: {error}",
-            hint="ask those who made it, or choose another with --engine",
-        ) from error
-
-
-def _words(entry: EntryPoint) -> str:
-    """Name an entry point and the package that it is of."""
-    return f"{entry.value} of {entry.dist.name}" if entry.dist is not None else entry.value
+        settings.say(f"the engine {name} is {words_of(same[0])}; {words_of(entry)} is not used")
+    return OthersEngine(same[0], settings)

@@ -71,6 +71,18 @@ def test_every_filter_is_undone(
     assert np.array_equal(png.decode(data), samples.squeeze(2) if colour_type == 0 else samples)
 
 
+@pytest.mark.parametrize("colour_type", [0, 2, 4, 6])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2), (2, 3), (7, 1), (5, 64), (64, 65), (30, 127)])
+def test_the_left_neighbour_is_added_whatever_the_size(
+    colour_type: int, shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(png, "_BLOCK_BYTES", 400)  # several blocks of rows, the last one smaller
+    samples = _samples(colour_type, 8, shape)
+    data = make(samples, colour_type, 8, filters=(1,))
+    expected = {0: samples.squeeze(2), 2: samples, 6: samples}.get(colour_type)
+    assert np.array_equal(png.decode(data), _pillow(data, "RGBA") if expected is None else expected)
+
+
 @pytest.mark.parametrize(
     ("colour_type", "bits", "transparency"),
     [(0, 8, b"\0\x07"), (0, 2, b"\0\x01"), (2, 8, b"\0\1\0\2\0\3"), (3, 4, b"\0\x80\xff"), (3, 8, b"\0")],

@@ -20,8 +20,8 @@ _QUIET_NAN = np.uint32(0x7FC00000)
 _TO_LOWEST_BITS = np.float32(2**23)
 _BLOCK = 65_536
 """Pixels that are worked on at a time: they fit into the second cache."""
-_LARGE_BLOCK = 2**21
-"""The same, where each block has a fixed cost."""
+_LARGE_BLOCK = 2**19
+"""The same, where each block has a fixed cost, such as to get the GIL back; more than a VGA image."""
 
 
 @lru_cache(maxsize=8)
@@ -135,9 +135,9 @@ def exact_counts(
     """
     flat = np.ascontiguousarray(metres).reshape(-1)
     counts = np.empty(flat.shape, np.uint16)
-    buffer = np.empty(min(flat.size, _BLOCK), np.float32)
-    for start in range(0, flat.size, _BLOCK):
-        values, found = flat[start : start + _BLOCK], counts[start : start + _BLOCK]
+    buffer = np.empty(min(flat.size, _LARGE_BLOCK), np.float32)
+    for start in range(0, flat.size, _LARGE_BLOCK):
+        values, found = flat[start : start + _LARGE_BLOCK], counts[start : start + _LARGE_BLOCK]
         rounded = buffer[: values.size]
         with np.errstate(invalid="ignore", over="ignore"):
             np.multiply(values, np.float32(units_per_metre), out=rounded)

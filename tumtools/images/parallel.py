@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 ROOM_BYTES: Final = 64 * 2**20
 """Of decoded images under way at a time: some eighty of the benchmark's; a larger one goes alone."""
 
+_WINDOW: Final = 4
+"""Items for each thread. With two, a thread often waits for the caller to come and give it another one."""
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -97,7 +100,7 @@ def ordered_map(
         function: Called in any thread.
         items: Read ahead by at most `window`.
         jobs: Threads; 1 computes in the caller's thread.
-        window: Items under way; twice the threads unless told.
+        window: Items under way; four times the threads unless told.
         join: Wait for the threads when the generator ends early, so that `function` has no effect after
             that. The caller must then close the generator itself and not leave that to the collector.
 
@@ -107,7 +110,7 @@ def ordered_map(
         yield from map(function, items)
         return
     pending: deque[Future[Result]] = deque()
-    limit = window or 2 * jobs
+    limit = window or _WINDOW * jobs
     pool = ThreadPoolExecutor(jobs, thread_name_prefix="tumtools")
     room = _Room()
     failure: Exception | None = None

@@ -41,6 +41,7 @@ _MAX_DEFLATE_RATIO: Final = 1040
 """Deflate makes at most 1032 bytes of one; a header that promises more lies."""
 _LEVEL: Final = 1
 _BLOCK_ROWS: Final = 24
+_BLOCK_BYTES: Final = 2**20
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 
@@ -246,7 +247,7 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
     sample = found.bit_depth // 8
     filtered = rows[:, 1:].reshape(found.height, found.width, channels * sample)
     if kind == _SUB:
-        pixels = np.add.accumulate(filtered, axis=1, dtype=np.uint8)
+        pixels = _sum_along(rows[:, 1:], channels * sample).reshape(filtered.shape)
     elif kind == _UP:
         pixels = _sum_down(rows[:, 1:])
     else:
@@ -254,6 +255,29 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
     if sample == 2:  # noqa: PLR2004 - bits or bytes a sample
         return np.ascontiguousarray(pixels).view(">u2").astype(np.uint16).reshape(found.height, found.width)
     return pixels.reshape((found.height, found.width) if channels == 1 else filtered.shape)
+
+
+def _sum_along(rows: npt.NDArray[np.uint8], step: int) -> npt.NDArray[np.uint8]:
+    """Return each byte plus all that are a multiple of `step` before it in its row, modulo 256.
+
+    Sums of two neighbours, then of four, and so on, ten passes for 640 pixels, of a block of rows that fits
+    into the second cache: more than twice as fast as `np.add.accumulate`, which waits for each single sum.
+    """
+    height, width = rows.shape
+    sums = np.empty((height, width), np.uint8)
+    block = max(_BLOCK_BYTES // width, 1)
+    spare = np.empty((min(block, height), width), np.uint8)
+    passes = max((width // step - 1).bit_length(), 1)
+    for top in range(0, height, block):
+        source, end = rows[top : top + block], sums[top : top + block]
+        for number in range(passes):
+            # By turns, so that the last pass ends in the result.
+            target = end if (passes - number) % 2 else spare[: len(end)]
+            reach = step << number
+            np.add(source[:, reach:], source[:, : width - reach], out=target[:, reach:])
+            target[:, :reach] = source[:, :reach]
+            source = target
+    return sums
 
 
 def _sum_down(rows: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

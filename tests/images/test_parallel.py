@@ -46,7 +46,7 @@ def test_results_come_in_order(jobs: int) -> None:
     assert list(ordered_map(slow_first, range(50), jobs)) == [-number for number in range(50)]
 
 
-@pytest.mark.parametrize(("jobs", "window", "ahead"), [(2, None, 4), (2, 3, 3), (4, 1, 1), (1, None, 1)])
+@pytest.mark.parametrize(("jobs", "window", "ahead"), [(2, None, 8), (2, 3, 3), (4, 1, 1), (1, None, 1)])
 def test_items_are_taken_within_the_window(jobs: int, window: int | None, ahead: int) -> None:
     taken: list[int] = []
     for done, _ in enumerate(ordered_map(str, _items(taken), jobs, window)):

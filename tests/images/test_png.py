@@ -79,8 +79,7 @@ def test_the_left_neighbour_is_added_whatever_the_size(
     monkeypatch.setattr(png, "_BLOCK_BYTES", 400)  # several blocks of rows, the last one smaller
     samples = _samples(colour_type, 8, shape)
     data = make(samples, colour_type, 8, filters=(1,))
-    expected = {0: samples.squeeze(2), 2: samples, 6: samples}.get(colour_type)
-    assert np.array_equal(png.decode(data), _pillow(data, "RGBA") if expected is None else expected)
+    assert np.array_equal(png.decode(data), _expected(data, samples, colour_type, 8))
 
 
 @pytest.mark.parametrize(

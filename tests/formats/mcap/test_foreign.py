@@ -73,7 +73,7 @@ def test_what_the_writer_left_out_is_found_all_the_same(
     with open_source(_recording(tmp_path / "x.mcap", encoding, **WRITERS[writer])) as sequence:
         _check(sequence)
         dropped = {loss.stream: loss for loss in sequence.info.not_carried}
-        counts = {"attachments": 1, "metadata operator": 1, "metadata somebody": 2}
+        counts = {"attachments": 1, "metadata operator": 1, "metadata somebody": 2, "rgb": 5}
         assert {name: loss.count for name, loss in dropped.items()} == {"/markers": 1, "/log": 1, **counts}
         assert "foxglove.SceneUpdate" in dropped["/markers"].why
         assert not sequence.info.warnings

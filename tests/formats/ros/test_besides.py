@@ -106,6 +106,33 @@ def test_frame_ids_of_signals_are_kept_and_those_of_single_messages_told(tmp_pat
         assert again.info.frame_ids == {"accelerometer": "imu0", "groundtruth": "map0"}
 
 
+@pytest.mark.parametrize("encoding", ["cdr", "ros1"])
+def test_times_of_recording_are_told_where_they_are_not_the_stamps(
+    encoding: MessageEncoding, tmp_path: Path
+) -> None:
+    path = tmp_path / "x.mcap"
+    with Foreign(path, encoding) as file:
+        for number in range(5):
+            stamp, late = START + number * MS, (0, 0, 7, -30, 20)[number]
+            file.image("/rgb", stamp, number, late=late)
+            file.write("/imu", messages.IMU, stamp, late=-late, **imu())
+            file.write("/pose", messages.POSE_STAMPED, stamp, pose={"position": ZERO, "orientation": ONE})
+            moved = {"translation": ZERO, "rotation": ONE}
+            named = {"header": file.header(stamp, "a"), "child_frame_id": "b", "transform": moved}
+            for topic in ("/tf", "/tf_static"):
+                transforms = [named] if number else []  # a message may have none
+                file.write(topic, messages.TF_MESSAGE, stamp, late=abs(late), transforms=transforms)
+    with open_source(path, ReadOptions(topics={"groundtruth": "/pose"})) as sequence:
+        found = [loss for loss in sequence.info.not_carried if loss.what == "times of recording"]
+    assert [(loss.stream, loss.count, loss.largest_error, loss.unit) for loss in found] == [
+        ("rgb", 3, 30e-9, "s"),
+        ("accelerometer", 3, 30e-9, "s"),
+    ]
+    with open_source(path, ReadOptions(topics={"groundtruth": "/tf:a.b"})) as sequence:
+        found = [loss for loss in sequence.info.not_carried if loss.what == "times of recording"]
+    assert [(loss.stream, loss.count) for loss in found] == [("rgb", 3), ("accelerometer", 3), ("/tf", 3)]
+
+
 POSE = T["geometry_msgs/msg/Pose"](
     T["geometry_msgs/msg/Point"](1.0, 2.0, 3.0), T["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
 )

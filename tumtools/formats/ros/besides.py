@@ -5,11 +5,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.model.sequence import Loss
+from tumtools.model.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,6 +47,34 @@ def beside_the_streams(found: Gathered) -> Iterator[Loss]:
         yield Loss(stream, "calibrations that differ from the first", count, why)
     for (topic, what), count in found.besides.items():
         yield Loss(topic, what, count, _WHY[what])
+    why = "a sequence has the stamps of the headers, when something was measured"
+    for stream, late in found.late.items():
+        if late.count:
+            seconds = late.largest / NANOSECONDS_PER_SECOND
+            yield Loss(stream, "times of recording", late.count, why, seconds, "s")
+
+
+@dataclass(frozen=True, slots=True)
+class Lateness:
+    """How messages were logged at other times than their stamps say.
+
+    Attributes:
+        count: Messages that were.
+        largest: By how many nanoseconds at most.
+
+    """
+
+    count: int = 0
+    largest: int = 0
+
+    def __add__(self, other: Lateness) -> Lateness:
+        return Lateness(self.count + other.count, max(self.largest, other.largest))
+
+
+def lateness(logged: npt.NDArray[np.int64], stamps: npt.NDArray[np.int64]) -> Lateness:
+    """Compare log times and header stamps, in nanoseconds; shape [n] each."""
+    apart = np.abs(logged - stamps)
+    return Lateness(int(np.count_nonzero(apart)), int(apart.max(initial=0)))
 
 
 def beside_accelerations(part: Columns) -> Counter[str]:

@@ -16,7 +16,8 @@ import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.formats.ros import signals
-from tumtools.formats.ros.besides import beside_accelerations, beside_poses
+from tumtools.formats.ros.besides import Lateness, beside_accelerations, beside_poses, lateness
+from tumtools.formats.ros.layouts import TF_STATIC_TOPIC
 from tumtools.formats.ros.tf import TransformTree
 from tumtools.model.sequence import IMAGE_STREAMS
 from tumtools.model.signals import Accelerometer, Trajectory
@@ -51,6 +52,7 @@ class Collector:
         frame_id: Coordinate frame of the first message.
         frames: How many messages name each coordinate frame.
         besides: What messages say beside what is collected, and how many do.
+        late: How messages were logged at other times than their stamps say.
 
     """
 
@@ -58,15 +60,18 @@ class Collector:
         self._kind = kind
         self._take = take
         self._waiting: list[memoryview] = []
+        self._logged: list[int] = []
         self._done = 0
         self._first = -1
         self.frame_id = ""
         self.frames: Counter[str] = Counter()
         self.besides: Counter[str] = Counter()
+        self.late = Lateness()
 
     def add(self, message: RawMessage) -> None:
         """Take a message."""
         self._waiting.append(memoryview(bytes(message.data)))
+        self._logged.append(message.log_time)
         if len(self._waiting) >= _BATCH:
             self.flush()
 
@@ -77,10 +82,14 @@ class Collector:
             InputError: A message does not fit its definition.
 
         """
+        logged = np.array(self._logged, np.int64)
         for part in self._kind.columns(self._waiting):
+            if (stamps := signals.first_stamps(part)) is not None:
+                self.late += lateness(logged[part.rows], stamps)
             self._take(replace(part, rows=part.rows + self._done))
         self._done += len(self._waiting)
         self._waiting.clear()
+        self._logged.clear()
 
     def _note_frame(self, part: Columns, frame_id: str) -> None:
         self.frames[frame_id] += len(part.rows)
@@ -171,6 +180,7 @@ class Gathered:
         tree: Transforms that the ground truth of a foreign recording is composed from.
         times: Image stream -> log times and header stamps, of foreign recordings.
         other_frames: Stream -> messages whose frame id is not that of the first.
+        late: Stream, or topic of transforms -> messages logged at other times than their stamps say.
         other_cameras: Image stream -> messages of CameraInfo that differ from the first, if there are any.
         besides: Topic and what its messages say beside the stream -> how many do.
 
@@ -182,6 +192,7 @@ class Gathered:
     tree: TransformTree = field(default_factory=TransformTree)
     times: dict[str, Times] = field(default_factory=dict)
     other_frames: dict[str, int] = field(default_factory=dict)
+    late: dict[str, Lateness] = field(default_factory=dict)
     other_cameras: dict[str, int] = field(default_factory=dict)
     besides: Counter[tuple[str, str]] = field(default_factory=Counter)
 
@@ -296,6 +307,7 @@ def _take_results(result: Gathered, resolution: Resolution, collectors: Mapping[
         collector = collectors.get(channel.id)
         if isinstance(collector, _StampCollector):
             result.times[stream] = collector.result()
+            result.late[stream] = lateness(*result.times[stream])
             result.other_frames[stream] = collector.other_frames
         elif isinstance(collector, AccelerometerCollector):
             result.accelerometer = collector.result()
@@ -304,7 +316,12 @@ def _take_results(result: Gathered, resolution: Resolution, collectors: Mapping[
         if isinstance(collector, (AccelerometerCollector, PoseCollector)):
             result.frame_ids[stream] = collector.frame_id
             result.other_frames[stream] = collector.other_frames
+            result.late[stream] = collector.late
             result.besides.update({(channel.topic, what): n for what, n in collector.besides.items()})
+    for channel in resolution.transforms:
+        collector = collectors.get(channel.id)
+        if isinstance(collector, TransformCollector) and channel.topic != TF_STATIC_TOPIC:
+            result.late[channel.topic] = collector.late  # stamps of what is static say nothing
     for stream, channel in resolution.infos.items():
         collector = collectors.get(channel.id)
         if isinstance(collector, _ConstantCollector) and collector.others:

@@ -13,9 +13,13 @@ import numpy as np
 import pytest
 
 from tests.memory import START, Memory, groundtruth
+from tumtools import fingerprint
 from tumtools.convert import ConvertOptions, convert
 from tumtools.errors import InternalError
 from tumtools.formats import registry
+from tumtools.formats.options import WriteOptions
+from tumtools.formats.ros import serialise
+from tumtools.images import depth
 from tumtools.images.codec import image_of_pixels, pixels_of
 from tumtools.model.sequence import Frame, Sequence
 from tumtools.sources import open_source
@@ -23,7 +27,7 @@ from tumtools.sources import open_source
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
-    from tumtools.formats.options import Progress, WriteOptions
+    from tumtools.formats.options import Progress
     from tumtools.model.image import Image
     from tumtools.model.sequence import Loss
 
@@ -63,7 +67,7 @@ def _one_pixel(sequence: Tampered, stream: str) -> None:
         if (frame.stream, frame.row) != (stream, 2):
             return image
         pixels = pixels_of(image).copy()
-        pixels[-1, -1] ^= 1
+        pixels[-1, -1] = pixels[-1, -1] ^ 1 if pixels.dtype.kind == "u" else np.float32(0.0002)
         return image_of_pixels(pixels, image.encoding, image.depth_units_per_metre)
 
     sequence.change_image = change
@@ -209,6 +213,30 @@ def test_a_result_that_cannot_be_read_is_a_bug_and_no_damaged_input(
     monkeypatch.setattr(registry.get(to).writer, "write", write_nothing)
     with open_source(FULL) as sequence, pytest.raises(InternalError, match="what was written cannot be read"):
         convert(sequence, tmp_path / name, to)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def wrong_metres(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Metres that are off by one bit, wherever they are made."""
+
+    def wrong(counts: np.ndarray, units_per_metre: float) -> np.ndarray:
+        return np.nextafter(right(counts, units_per_metre), np.float32(99))
+
+    right = depth.to_metres
+    for module in (depth, fingerprint, serialise):
+        monkeypatch.setattr(module, "to_metres", wrong)
+    depth.is_reversible.cache_clear()
+    yield
+    depth.is_reversible.cache_clear()
+
+
+@pytest.mark.usefixtures("wrong_metres")
+@pytest.mark.parametrize("to", ["mcap", "rosbag1"])
+def test_wrong_metres_are_caught_also_if_what_is_recorded_has_them(tmp_path: Path, to: str) -> None:
+    options = WriteOptions(depth_encoding="32FC1")
+    with open_source(FULL) as sequence, pytest.raises(InternalError, match=r"the depth image at .* differs"):
+        convert(sequence, tmp_path / "out", to, options)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -171,7 +171,7 @@ def convert(
     with staged(target, force=options.force) as path:
         recorded = None
         if options.verify or keep_digest:
-            recorded = Recorded(prepared, needs.pixel_streams, keep_digest=keep_digest)
+            recorded = Recorded(prepared, needs, keep_digest=keep_digest)
         written = entry.writer.write(recorded or prepared, path, write_options, progress)
         losses = _merge(sequence.info.not_carried, written, transform_losses(prepared))
         if options.strict:

@@ -16,7 +16,9 @@ import numpy as np
 from isal import isal_zlib
 
 from tumtools.digest import canonical_pixels
+from tumtools.formats.options import Needs
 from tumtools.images.codec import pixels_of
+from tumtools.images.depth import is_reversible, to_metres
 from tumtools.kept_digest import Noted, image_digest, is_hashed_as_file
 from tumtools.model.sequence import Frame, Sequence
 
@@ -106,12 +108,24 @@ def _crc(pixels: npt.NDArray[np.generic]) -> int:
     return isal_zlib.crc32(np.ascontiguousarray(pixels).reshape(-1).view(np.uint8).data)
 
 
+def _in_metres(image: Image, seen: Fingerprint) -> tuple[Image, Fingerprint]:
+    """Return depth in metres and its marks, as it will be read again; itself if counts may not come back."""
+    units = image.depth_units_per_metre
+    if image.pixels is None or image.encoding == "32FC1" or units is None or not is_reversible(units):
+        return image, seen
+    metres = to_metres(image.pixels.astype(np.uint16, copy=False), units)
+    image = replace(
+        image, encoding="32FC1", depth_units_per_metre=1.0, pixels=metres, compressed=None, compression=None
+    )
+    return image, replace(seen, pixels=_mark_of_pixels(image, metres))
+
+
 class Recorded(Sequence):
     """A sequence that notes what passes through it on the way to a writer.
 
     Args:
         sequence: What is written.
-        pixel_streams: Streams whose pixels the writer needs; they are decoded here, once.
+        needs: What the writer needs pixels of; these are decoded here, once, and counts made metres.
         keep_digest: Note SHA-256 as well, for the writer to keep.
 
     Attributes:
@@ -119,11 +133,9 @@ class Recorded(Sequence):
 
     """
 
-    def __init__(
-        self, sequence: Sequence, pixel_streams: Collection[str] = (), *, keep_digest: bool = False
-    ) -> None:
+    def __init__(self, sequence: Sequence, needs: Needs | None = None, *, keep_digest: bool = False) -> None:
         self._inner = sequence
-        self._pixel_streams = frozenset(pixel_streams)
+        self._needs = needs or Needs()
         self.fingerprints: dict[tuple[str, int], Fingerprint] = {}
         self._noted = Noted() if keep_digest else None
         self.info = sequence.info
@@ -144,13 +156,16 @@ class Recorded(Sequence):
 
     def _load(self, frame: Frame) -> Image:
         image = frame.load()
-        if frame.stream in self._pixel_streams and image.pixels is None:
+        if frame.stream in self._needs.pixel_streams and image.pixels is None:
             image = replace(image, pixels=pixels_of(image))
-        # A dict is safe to fill from several threads.
-        self.fingerprints[frame.stream, frame.row] = fingerprint(image)
+        seen = fingerprint(image)
         if self._noted is not None:
             of: Kind = "files" if image.pixels is None and is_hashed_as_file(image) else "pixels"
             self._noted.add(frame, of, image_digest(image, of))
+        if self._needs.metres and frame.stream == "depth":
+            image, seen = _in_metres(image, seen)
+        # A dict is safe to fill from several threads.
+        self.fingerprints[frame.stream, frame.row] = seen
         return image
 
     def noted_digest(self) -> Mapping[str, KeptDigest] | None:

@@ -10,7 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tumtools.images.depth import EXACT, Rounding, divided, rescale_counts, to_counts, to_metres
+from tumtools.images.depth import (
+    EXACT,
+    Rounding,
+    divided,
+    is_reversible,
+    rescale_counts,
+    to_counts,
+    to_metres,
+)
 
 ALL = np.arange(65_536, dtype=np.uint16).reshape(256, 256)
 
@@ -106,3 +114,8 @@ def test_scaling_is_one_division_in_float64_for_every_count(units: float) -> Non
     assert np.array_equal(divided(counts, units), wanted)
     assert np.array_equal(to_metres(counts, units)[1:], wanted[1:])
     assert np.isnan(to_metres(counts, units)[0])
+
+
+@pytest.mark.parametrize(("units", "expected"), [(5000.0, True), (1000.0, True), (1.5, True), (1e42, False)])
+def test_metres_are_reversible_if_every_count_comes_back(units: float, expected: bool) -> None:
+    assert is_reversible(units) is expected

@@ -92,6 +92,7 @@ class Needs:
         float_depth_units_per_metre: Depth in metres becomes counts of this unit, where other counts will do;
             None if it is kept.
         pixel_streams: Streams that are written from their pixels; others are kept as PNG if they are.
+        metres: Depth is written in metres; counts may come as such, NaN for "no reading".
         drops: Streams that are not written.
         keeps_digest: Whether the target can hold a digest of its content.
 
@@ -100,6 +101,7 @@ class Needs:
     depth_units_per_metre: float | None = None
     float_depth_units_per_metre: float | None = None
     pixel_streams: frozenset[str] = frozenset()
+    metres: bool = False
     drops: frozenset[str] = frozenset()
     keeps_digest: bool = False
 

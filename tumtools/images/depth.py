@@ -49,6 +49,15 @@ def to_metres(counts: npt.NDArray[np.uint16], units_per_metre: float) -> npt.NDA
     return metres
 
 
+@lru_cache(maxsize=8)
+def is_reversible(units_per_metre: float) -> bool:
+    """Tell whether each of the 65 536 counts comes back from the metres that `to_metres` makes of it."""
+    counts = np.arange(_COUNTS, dtype=np.uint16)
+    with np.errstate(over="ignore"):
+        back = exact_counts(to_metres(counts, units_per_metre), units_per_metre)
+    return back is not None and np.array_equal(back, counts)
+
+
 @dataclass(frozen=True, slots=True)
 class Rounding:
     """What rounding to counts changed.

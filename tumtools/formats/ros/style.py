@@ -84,7 +84,8 @@ def style_needs(style: Style) -> Needs:
     """Return what a writer of this style must be given: nothing is lost behind this point."""
     units = {"16UC1": MILLIMETRES, "png": TUM_DEPTH_UNITS_PER_METRE}.get(style.depth_encoding)
     drops = frozenset({"groundtruth"} if style.groundtruth == "none" else ())
-    return Needs(units, pixel_streams=style.pixel_streams, drops=drops, keeps_digest=True)
+    metres = style.depth_encoding == "32FC1"
+    return Needs(units, pixel_streams=style.pixel_streams, metres=metres, drops=drops, keeps_digest=True)
 
 
 def estimated_bytes(sequence: Sequence, style: Style, *, compressed: bool) -> int:

@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+import struct
 from collections import Counter
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -22,12 +23,15 @@ from tumtools.formats.rosbag1.structure import (
     parse_connection,
 )
 from tumtools.model.sequence import LEFT_OUT, RECORDING, Loss
+from tumtools.model.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
 _FILE_ENTRY: Final = np.dtype([("seconds", "<u4"), ("nanoseconds", "<u4"), ("offset", "<u4")])
-_COUNT: Final = np.dtype([("connection", "<u4"), ("count", "<u4")])
+_COUNT: Final = struct.Struct("<II")
 
 
 def read_index(file: Block, *, salvage: bool = False) -> BagIndex:
@@ -51,7 +55,7 @@ def read_index(file: Block, *, salvage: bool = False) -> BagIndex:
         found = Scan(file, salvage=True, damage=[error]).run(at + 8 + BAG_HEADER_SIZE)
         header_loss = Loss(RECORDING, f"header {LEFT_OUT}", 1, "whether the end is there cannot be told")
         return replace(found, left_out=(header_loss, *found.left_out))
-    if bytes(header.fields.get(b"encryptor", b"")):
+    if header.fields.get(b"encryptor"):
         raise UnsupportedInputError("an encrypted bag", path=file.path, hint="decrypt it with rosbag first")
     if salvage and index_at:
         return _salvaged(file, header, index_at)
@@ -136,13 +140,13 @@ def _from_index(file: Block, header: Record, index_at: int) -> BagIndex:
             raise file.damage(f"the index has {found} {what}, the bag's header promises {promised}", index_at)
     infos.sort(key=lambda info: info.number(b"chunk_pos", 8))
     chunks: list[Chunk] = []
-    entries: list[npt.NDArray[np.void]] = []
+    tables: list[_Table] = []
     for info in infos:
         chunk = parse_chunk(read_record(file, _chunk_offset(info, index_at)))
-        entries += _index_of_chunk(file, chunk, len(chunks), info, connections)
+        tables += _index_of_chunk(file, chunk, len(chunks), info, connections)
         chunks.append(chunk)
         file.passed(chunk.start, chunk.end - chunk.start)
-    return BagIndex(connections, chunks, np.concatenate(entries) if entries else np.empty(0, ENTRY))
+    return BagIndex(connections, chunks, _entries(file, chunks, tables))
 
 
 def _chunk_offset(info: Record, index_at: int) -> int:
@@ -152,41 +156,63 @@ def _chunk_offset(info: Record, index_at: int) -> int:
     return offset
 
 
+class _Table(NamedTuple):
+    """An index record: where it is, for which chunk and connection, and its rows as they are in the file."""
+
+    offset: int
+    chunk: int
+    connection: int
+    messages: int
+    rows: bytes
+
+
 def _index_of_chunk(
     file: Block, chunk: Chunk, number: int, info: Record, connections: dict[int, Connection]
-) -> list[npt.NDArray[np.void]]:
+) -> Iterator[_Table]:
     """Read the index records that follow a chunk; they must have what the chunk info says."""
     if info.number(b"ver", 4) != 1:
         raise UnsupportedInputError(
             "a chunk info of another version than 1", path=file.path, location=f"offset {info.offset}"
         )
-    promised = dict(_table(info, _COUNT).tolist())
-    arrays: list[npt.NDArray[np.void]] = []
+    count, rows = _rows(info, _COUNT.size)
+    promised = dict(_COUNT.iter_unpack(rows))
     at = chunk.end
-    for _ in promised:
+    for _ in range(len(promised)):
         record = read_record(file, at).expect(Op.INDEX, "the index of a chunk")
         connection = record.number(b"conn", 4)
-        table = _table(record, _FILE_ENTRY)
-        if connection not in connections or promised.get(connection) != len(table):
+        count, rows = _rows(record, _FILE_ENTRY.itemsize)
+        if connection not in connections or promised.get(connection) != count:
             message = (
-                f"the index of a chunk has {len(table)} messages of connection {connection}, "
+                f"the index of a chunk has {count} messages of connection {connection}, "
                 f"its chunk info says {promised.get(connection, 0)}"
             )
             raise file.damage(message, at)
-        if len(table) and int(table["offset"].max()) >= chunk.size:
-            raise file.damage(f"an index points behind the end of its chunk ({chunk.size} bytes)", at)
-        entries = np.empty(len(table), ENTRY)
-        entries["time"] = table["seconds"].astype(np.int64) * 1_000_000_000 + table["nanoseconds"]
-        entries["chunk"], entries["offset"], entries["connection"] = number, table["offset"], connection
-        arrays.append(entries)
+        yield _Table(at, number, connection, count, rows)
         at = record.data_end
-    return arrays
 
 
-def _table(record: Record, dtype: np.dtype[np.void]) -> npt.NDArray[np.void]:
-    """Return the data of a record, which is `count` rows."""
-    count, data = record.number(b"count", 4), record.data
-    if len(data) != count * dtype.itemsize:
-        message = f"{count} rows of {dtype.itemsize} bytes announced, but {len(data)} bytes of data"
+def _entries(file: Block, chunks: list[Chunk], tables: list[_Table]) -> npt.NDArray[np.void]:
+    """Return the entries of all index records."""
+    counts = [table.messages for table in tables]
+    found = np.frombuffer(b"".join(table.rows for table in tables), _FILE_ENTRY)
+    entries = np.empty(len(found), ENTRY)
+    entries["time"] = found["seconds"].astype(np.int64) * NANOSECONDS_PER_SECOND + found["nanoseconds"]
+    entries["offset"] = found["offset"]
+    for name in ("chunk", "connection"):
+        entries[name] = np.repeat(np.array([getattr(table, name) for table in tables], ENTRY[name]), counts)
+    sizes = np.array([chunk.size for chunk in chunks], np.int64)
+    outside = np.flatnonzero(entries["offset"] >= sizes[entries["chunk"]])
+    if len(outside):
+        table = tables[int(np.searchsorted(np.cumsum(counts), outside[0], side="right"))]
+        size = chunks[table.chunk].size
+        raise file.damage(f"an index points behind the end of its chunk ({size} bytes)", table.offset)
+    return entries
+
+
+def _rows(record: Record, size: int) -> tuple[int, bytes]:
+    """Return the data of a record, which is `count` rows of a size."""
+    count, nbytes = record.number(b"count", 4), record.data_end - record.data_start
+    if nbytes != count * size:
+        message = f"{count} rows of {size} bytes announced, but {nbytes} bytes of data"
         raise record.block.damage(message, record.offset)
-    return np.frombuffer(data, dtype)
+    return count, bytes(record.data)

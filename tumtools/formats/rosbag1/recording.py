@@ -20,7 +20,7 @@ from tumtools.formats.ros.messages import STRING
 from tumtools.formats.ros.pages import Pages
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag1.index import read_index
-from tumtools.formats.rosbag1.records import Block, Op, read_record
+from tumtools.formats.rosbag1.records import Block, find_message
 from tumtools.images.parallel import ordered_map
 from tumtools.model.sequence import Loss
 
@@ -82,16 +82,7 @@ class BagRecording(Recording):
         with closing(_Contents(self._file, self._index.chunks, entries["chunk"])) as contents:
             for time, chunk, offset, number in entries.tolist():
                 block = contents[chunk]
-                record = read_record(block, offset)
-                if (
-                    record.op != Op.MESSAGE
-                    or record.number(b"conn", 4) != number
-                    or record.time(b"time") != time
-                ):
-                    raise block.damage(
-                        f"the index says that a message of connection {number} is here", offset
-                    )
-                yield RawMessage(self._channel_of[number], time, record.data)
+                yield RawMessage(self._channel_of[number], time, find_message(block, offset, number, time))
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
         """Return the log times of a channel, from the index."""

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from tumtools.errors import InputError
+from tumtools.errors import InputError, UnsupportedInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
 MAGIC: Final = b"#ROSBAG V2.0\n"
 BAG_HEADER_SIZE: Final = 4096
@@ -32,6 +32,7 @@ class Op(IntEnum):
     CONNECTION = 0x07
 
 
+_MOST_FIELDS: Final = 16 * 2**20
 _LENGTH: Final = struct.Struct("<I")
 _NUMBERS: Final = {1: struct.Struct("<B"), 4: struct.Struct("<I"), 8: struct.Struct("<Q")}
 _TIME: Final = struct.Struct("<II")
@@ -70,7 +71,7 @@ class Record(NamedTuple):
     block: Block
     offset: int
     op: int
-    fields: dict[bytes, memoryview]
+    fields: dict[bytes, bytes]
     data_start: int
     data_end: int
 
@@ -106,7 +107,7 @@ class Record(NamedTuple):
             )
         return self
 
-    def _field(self, name: bytes, size: int | None) -> memoryview:
+    def _field(self, name: bytes, size: int | None) -> bytes:
         value = self.fields.get(name)
         if value is None:
             raise self.block.damage(f"record (op {self.op}) without the field {name.decode()!r}", self.offset)
@@ -116,7 +117,7 @@ class Record(NamedTuple):
         return value
 
 
-def decode_text(value: memoryview, record: Record) -> str:
+def decode_text(value: bytes, record: Record) -> str:
     """Decode UTF-8.
 
     Raises:
@@ -131,27 +132,61 @@ def decode_text(value: memoryview, record: Record) -> str:
         ) from error
 
 
-def parse_fields(block: Block, start: int, end: int) -> dict[bytes, memoryview]:
+def parse_fields(block: Block, start: int, end: int) -> dict[bytes, bytes]:
     """Parse `length name=value` fields between two offsets.
 
     Raises:
         InputError: A length passes the end, or a field has no `=`.
+        UnsupportedInputError: There are more bytes of fields than any bag has.
 
     """
-    data, fields, at = block.data, {}, start
-    while at < end:
-        if end - at < _LENGTH.size:
-            raise block.damage(f"{end - at} bytes left where a field of a header begins", at)
+    if end - start > _MOST_FIELDS:
+        raise UnsupportedInputError(
+            f"{end - start} bytes of header fields, more than {_MOST_FIELDS}",
+            path=block.path,
+            location=f"offset {start}",
+            hint=SALVAGE_HINT,
+        )
+    data, fields, at, size = bytes(block.data[start:end]), {}, 0, end - start
+    while at < size:
+        if size - at < _LENGTH.size:
+            raise block.damage(f"{size - at} bytes left where a field of a header begins", start + at)
         (length,) = _LENGTH.unpack_from(data, at)
         at += _LENGTH.size
-        if length > end - at:
-            raise block.damage(f"a header field of {length} bytes where {end - at} are left", at)
-        name, equals, _ = bytes(data[at : at + min(length, 64)]).partition(b"=")
+        if length > size - at:
+            raise block.damage(f"a header field of {length} bytes where {size - at} are left", start + at)
+        name, equals, value = data[at : at + length].partition(b"=")
         if not equals:
-            raise block.damage("a header field without '='", at)
-        fields[name] = data[at + len(name) + 1 : at + length]
+            raise block.damage("a header field without '='", start + at)
+        fields[name] = value
         at += length
     return fields
+
+
+def find_message(block: Block, offset: int, connection: int, time: int) -> memoryview:
+    """Return the data of the message that an index says is at an offset.
+
+    Raises:
+        InputError: It is not there, or cut short.
+
+    """
+    head = bytes(block.data[offset : offset + _MESSAGE_HEAD])
+    if head in _message_heads(connection, time):
+        start, length = _sized(block, offset + _MESSAGE_HEAD, "data")
+        return block.data[start : start + length]
+    record = read_record(block, offset)
+    found = record.op == Op.MESSAGE and (record.number(b"conn", 4), record.time(b"time"))
+    if found != (connection, time):
+        raise block.damage(f"the index says that a message of connection {connection} is here", offset)
+    return record.data
+
+
+def _message_heads(connection: int, time: int) -> Iterator[bytes]:
+    """Yield the headers of a message in the orders of fields that writers have: ours, C++'s and Python's."""
+    conn, at = _CONN + encode_number(connection), _AT + encode_time(time)
+    yield _HEAD + conn + at + _OP
+    yield _HEAD + conn + _OP + at
+    yield _HEAD + _OP + conn + at
 
 
 def read_record(block: Block, offset: int, *, cut: bool = False) -> Record:
@@ -211,3 +246,10 @@ def encode_number(value: int, size: int = 4) -> bytes:
 def encode_time(stamp: int) -> bytes:
     """Encode nanoseconds as a ROS time."""
     return _TIME.pack(*divmod(stamp, 1_000_000_000))
+
+
+_CONN, _AT = (encode_fields({name: bytes(size)})[:-size] for name, size in ((b"conn", 4), (b"time", 8)))
+_OP = encode_fields({b"op": bytes([Op.MESSAGE])})
+_HEAD = _LENGTH.pack(len(_CONN) + 4 + len(_AT) + 8 + len(_OP))
+_MESSAGE_HEAD: Final = _LENGTH.size + int.from_bytes(_HEAD, "little")
+"""Bytes of the header of a message, its length included."""

@@ -98,7 +98,7 @@ class BagIndex:
 def parse_connection(record: Record) -> tuple[int, Connection]:
     """Read a connection record: its number, and what is published."""
     header = parse_fields(record.block, record.data_start, record.data_end)
-    described = record._replace(fields={b"latching": memoryview(b"0"), b"md5sum": memoryview(b""), **header})
+    described = record._replace(fields={b"latching": b"0", b"md5sum": b"", **header})
     connection = Connection(
         topic=record.text(b"topic"),
         type=described.text(b"type"),

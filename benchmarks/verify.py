@@ -3,7 +3,8 @@
 """What `--verify` and `--digest` cost, against reading the result once.
 
 Run from the checkout: `python benchmarks/verify.py`. Everything runs in one process, by turns; processor
-times of all threads are compared, the least of `--runs`, since others use the machine too.
+times of all threads are compared within each of `--runs`, and the medians are shown. To read the result is
+to fetch each image from it and to look at each byte; nothing is decoded. "Decode" is `tumtools digest`.
 `TUMTOOLS_REAL_DATA` names the folder of the data (default `../shared/data`); without it a synthetic
 sequence is taken.
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import shutil
+import statistics
 import sys
 import tempfile
 import time
@@ -25,6 +27,7 @@ sys.path.insert(0, str(ROOT))
 from isal import isal_zlib  # noqa: E402 - after the path
 
 from tumtools.convert import ConvertOptions, convert  # noqa: E402 - after the path
+from tumtools.digest import digest  # noqa: E402 - after the path
 from tumtools.formats.options import WriteOptions  # noqa: E402 - after the path
 from tumtools.formats.registry import FORMATS  # noqa: E402 - after the path
 from tumtools.images.parallel import ordered_map  # noqa: E402 - after the path
@@ -66,6 +69,12 @@ def read(path: Path) -> None:
             pass
 
 
+def decode(path: Path) -> None:
+    """Decode everything that is in a file, and hash it."""
+    with open_source(path) as sequence:
+        digest(sequence, jobs=2)
+
+
 def remove(path: Path) -> None:
     if path.is_dir():
         shutil.rmtree(path)
@@ -73,8 +82,10 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def measure(source: Path, target: Path, to: str, options: dict[str, object], runs: int) -> dict[str, float]:
-    """Return the least processor time of each way."""
+def measure(
+    source: Path, target: Path, to: str, options: dict[str, object], runs: int
+) -> dict[str, list[float]]:
+    """Return the processor times of each way."""
 
     def write(*, verify: bool, digest: bool | None = False) -> None:
         remove(target)
@@ -86,13 +97,14 @@ def measure(source: Path, target: Path, to: str, options: dict[str, object], run
         "plain": lambda: write(verify=False),
         "verify": lambda: write(verify=True),
         "read": lambda: read(target),
+        "decode": lambda: decode(target),
     }
     if FORMATS[to].writer.needs(WriteOptions(**options)).keeps_digest:  # type: ignore[arg-type]  # as named
         ways["digest"] = lambda: write(verify=False, digest=True)
-    found: dict[str, float] = {}
+    found: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(runs):
         for name, way in ways.items():
-            found[name] = min(processor_time(way), found.get(name, float("inf")))
+            found[name].append(processor_time(way))
     remove(target)
     return found
 
@@ -108,17 +120,18 @@ def main() -> None:
             shutil.copytree(SEQUENCE, folder / "source")
         else:
             convert(synthesize(30), folder / "source", "tum")
-        print("to                      convert   + verify   read once   verify / read   + digest")
+        print("to                       convert  + verify      read    decode   verify/read  + digest")
         for to, options in CASES:
             label = " ".join([to, *(f"--{option}" for option in options)])
             found = measure(folder / "source", folder / "target", to, options, arguments.runs)
-            extra = found["verify"] - found["plain"]
-            digest = found["digest"] / found["plain"] - 1 if "digest" in found else None
-            times = [found["plain"] * 1e3, extra * 1e3, found["read"] * 1e3]
-            print(
-                f"{label:20} {times[0]:7.0f} ms {times[1]:7.0f} ms {times[2]:8.0f} ms"
-                f" {extra / found['read']:11.2f} x {'-' if digest is None else format(digest, '+.0%'):>12}"
-            )
+            pairs = zip(found["verify"], found["plain"], strict=True)
+            extra = statistics.median(more - less for more, less in pairs)
+            plain, once, decoded = (statistics.median(found[name]) for name in ("plain", "read", "decode"))
+            digests = zip(found.get("digest", ()), found["plain"], strict=False)
+            shares = [more / less - 1 for more, less in digests]
+            shown = format(statistics.median(shares), "+.0%") if shares else "-"
+            times = "".join(f"{seconds * 1e3:7.0f} ms" for seconds in (plain, extra, once, decoded))
+            print(f"{label:22}{times} {extra / once:11.2f} x {shown:>9}")
 
 
 if __name__ == "__main__":

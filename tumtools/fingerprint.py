@@ -108,16 +108,15 @@ def _crc(pixels: npt.NDArray[np.generic]) -> int:
     return isal_zlib.crc32(np.ascontiguousarray(pixels).reshape(-1).view(np.uint8).data)
 
 
-def _in_metres(image: Image, seen: Fingerprint) -> tuple[Image, Fingerprint]:
-    """Return depth in metres and its marks, as it will be read again; itself if counts may not come back."""
+def _in_metres(image: Image) -> Image:
+    """Return counts of depth as metres, as they will be read again; itself if they might not come back."""
     units = image.depth_units_per_metre
     if image.pixels is None or image.encoding == "32FC1" or units is None or not is_reversible(units):
-        return image, seen
+        return image
     metres = to_metres(image.pixels.astype(np.uint16, copy=False), units)
-    image = replace(
+    return replace(
         image, encoding="32FC1", depth_units_per_metre=1.0, pixels=metres, compressed=None, compression=None
     )
-    return image, replace(seen, pixels=_mark_of_pixels(image, metres))
 
 
 class Recorded(Sequence):
@@ -158,12 +157,18 @@ class Recorded(Sequence):
         image = frame.load()
         if frame.stream in self._needs.pixel_streams and image.pixels is None:
             image = replace(image, pixels=pixels_of(image))
-        seen = fingerprint(image)
         if self._noted is not None:
             of: Kind = "files" if image.pixels is None and is_hashed_as_file(image) else "pixels"
             self._noted.add(frame, of, image_digest(image, of))
+        given = image
         if self._needs.metres and frame.stream == "depth":
-            image, seen = _in_metres(image, seen)
+            image = _in_metres(image)
+        # Metres that were made here lie in the result as they are; nothing canonical is needed to find them.
+        seen = (
+            fingerprint(image)
+            if image is given
+            else Fingerprint(pixels=_mark_of_pixels(image, pixels_of(image)))
+        )
         # A dict is safe to fill from several threads.
         self.fingerprints[frame.stream, frame.row] = seen
         return image

@@ -223,15 +223,14 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
     """Decode when all rows have the one filter that `encode` uses, else None."""
     compressed = parts[0] if len(parts) == 1 else b"".join(parts)
     size = _raw_size(found)
-    inflate = isal_zlib.decompressobj()
+    stride = size // found.height
     try:
         # The filter of the first rows tells whether it is worth while to go on.
-        stride = size // found.height
-        start = inflate.decompress(compressed, 2 * stride)
+        start = isal_zlib.decompressobj().decompress(compressed[: 4 * stride], 2 * stride)
         kinds = set(start[::stride])
         if len(kinds) != 1 or kinds - {_SUB, _UP, _NONE}:
             return None
-        raw = start + inflate.decompress(inflate.unconsumed_tail, size - len(start) + 1)
+        raw = isal_zlib.decompressobj().decompress(compressed, size + 1)
         if len(raw) != size:
             raise InputError(
                 f"the image data of the PNG file inflates to {len(raw)} bytes, {size} are needed"

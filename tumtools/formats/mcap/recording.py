@@ -13,8 +13,9 @@ import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.formats.mcap.file import LOOSE, McapFile
-from tumtools.formats.mcap.records import CHUNK_HEADER, MESSAGE_HEADER, RECORD_HEADER, Fields, Op
+from tumtools.formats.mcap.records import CHUNK_HEADER, INDEX_ENTRY, MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
+from tumtools.formats.ros.batches import BATCH, Batch, cut
 from tumtools.formats.ros.definitions import full_name
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
@@ -35,6 +36,20 @@ _ENCODINGS: Final[dict[tuple[str, str], MessageEncoding]] = {
 }
 _HEAD: Final = struct.Struct("<BQHIqq")
 """`RECORD_HEADER` and `MESSAGE_HEADER`."""
+_HEADS: Final = np.dtype(
+    [
+        ("op", "u1"),
+        ("length", "<u8"),
+        ("channel", "<u2"),
+        ("sequence", "<u4"),
+        ("recorded", "<i8"),
+        ("published", "<i8"),
+    ]
+)
+"""The same as columns."""
+_INDEX_HEAD: Final = struct.Struct("<BQHI")
+"""Head of a message index: the record's, the channel, bytes of entries."""
+_CHANNELS: Final = 2**16
 _NO_CHUNK: Final = LOOSE - 1
 _MESSAGE: Final = int(Op.MESSAGE)
 _NO_ENTRIES: Final = np.empty((0, 3), np.int64)
@@ -127,34 +142,41 @@ class McapRecording(Recording):
             return {
                 channel: _sorted(np.array(rows, np.int64)) for channel, rows in self._file.scanned.items()
             }
-        found: dict[int, list[tuple[int, npt.NDArray[np.int64]]]] = {}
+        found: dict[int, list[tuple[int, bytes]]] = {}
         for number, chunk in enumerate(self._file.chunks):
             for channel, entries in self._chunk_index(number, chunk.index):
                 found.setdefault(channel, []).append((number, entries))
         return {channel: _sorted(_with_chunks(parts)) for channel, parts in found.items()}
 
-    def _chunk_index(
-        self, number: int, offsets: Mapping[int, int]
-    ) -> Iterator[tuple[int, npt.NDArray[np.int64]]]:
-        """Yield the log times and offsets of the messages of each channel, shape [n, 2]."""
+    def _chunk_index(self, number: int, offsets: Mapping[int, int]) -> Iterator[tuple[int, bytes]]:
+        """Yield the message index of each channel: its entries as they are in the file."""
         if not offsets:
             yield from self._index_by_reading(number)
+        data = self._file.data
         for channel, offset in offsets.items():
-            op, content, following = self._file.record(offset, len(self._file.data))
-            self._file.pages.read(offset, following - offset)
+            # A file of an hour has a hundred thousand of these, so what is as usual takes few steps.
+            if offset + _INDEX_HEAD.size <= len(data):
+                op, length, of, nbytes = _INDEX_HEAD.unpack_from(data, offset)
+                start = offset + _INDEX_HEAD.size
+                usual = op == Op.MESSAGE_INDEX and length == nbytes + 6 and not nbytes % INDEX_ENTRY.size
+                if usual and of == channel and start + nbytes <= len(data):
+                    self._file.pages.read(offset, _INDEX_HEAD.size + nbytes)
+                    yield channel, bytes(data[start : start + nbytes])
+                    continue
+            op, content, _ = self._file.record(offset, len(data))
             fields = Fields(content, offset + RECORD_HEADER.size, self.path)
             if op != Op.MESSAGE_INDEX or fields.number("H") != channel:
                 raise self._file.error(f"there is no message index of channel {channel} here", offset)
-            yield channel, np.frombuffer(bytes(fields.index_entries()), "<i8").reshape(-1, 2)
+            yield channel, bytes(fields.index_entries())
 
-    def _index_by_reading(self, number: int) -> Iterator[tuple[int, npt.NDArray[np.int64]]]:
-        found: dict[int, list[tuple[int, int]]] = {}
+    def _index_by_reading(self, number: int) -> Iterator[tuple[int, bytes]]:
+        found: dict[int, list[bytes]] = {}
         for op, content, place in self._file.inner(self._chunk(number), self._file.chunks[number].offset):
             if op == Op.MESSAGE:
                 channel, _, time, _ = MESSAGE_HEADER.unpack_from(content)
-                found.setdefault(channel, []).append((time, place))
-        for channel, rows in found.items():
-            yield channel, np.array(rows, np.int64)
+                found.setdefault(channel, []).append(INDEX_ENTRY.pack(time, place))
+        for channel, entries in found.items():
+            yield channel, b"".join(entries)
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
         """Return the log times of a channel, from the index."""
@@ -165,41 +187,76 @@ class McapRecording(Recording):
     ) -> Iterator[RawMessage]:
         """Yield messages in order of (log time, chunk, offset); reads only chunks that hold some of them."""
         by_id = {channel.id: channel for channel in channels}
-        parts = [self._index[number] for number in by_id if number in self._index]
-        if not parts:
-            return
-        entries = _sorted(np.concatenate(parts))
+        entries = self._entries(by_id)
         if start is not None:
             entries = entries[entries[:, 0] >= start]
         if end is not None:
             entries = entries[entries[:, 0] <= end]
-        chunks = entries[np.flatnonzero(np.diff(entries[:, 1], prepend=_NO_CHUNK)), 1].tolist()
-        waiting = self._in_turn(chunks)
-        current, records, last = _NO_CHUNK, self._file.data, 0
-        # There are many small messages, so this loop is kept short.
-        for time, chunk, offset in entries.tolist():
-            if chunk != current:
-                current, records = chunk, next(waiting)
-                last = len(records) - _HEAD.size
-            if not 0 <= offset <= last:
-                raise self._wrong(
-                    chunk, f"the index names a message at {offset}, outside of the chunk", offset
-                )
-            op, length, channel, _, recorded, _ = _HEAD.unpack_from(records, offset)
-            end = offset + RECORD_HEADER.size + length
-            if op != _MESSAGE or length < MESSAGE_HEADER.size or end > len(records):
-                message = f"the index names a message at {offset} where there is none"
-                raise self._wrong(chunk, message, offset)
-            if channel not in by_id or recorded != time:
-                # No checksum covers an index of messages.
-                message = (
-                    f"the message index is wrong: it says {time} ns for the message at {offset} of this "
-                    f"chunk, which is of channel {channel} and says {recorded} ns"
-                )
-                raise self._wrong(chunk, message, offset, "the file is damaged; get it again")
+        for chunk, records, part in self._parts(entries):
+            for time, _, offset in part.tolist():
+                channel, data = self._message(chunk, records, offset, time, by_id)
+                if chunk == LOOSE:
+                    self._file.pages.read(offset, len(data))
+                yield RawMessage(by_id[channel], time, data)
+
+    def batches(self, channels: Collection[Channel]) -> Iterator[Batch]:
+        """Yield small messages many at a time; those of each channel in order of log time."""
+        by_id = {channel.id: channel for channel in channels}
+        wanted = np.zeros(_CHANNELS, bool)
+        wanted[[*by_id]] = True
+        for chunk, records, part in self._parts(self._entries(by_id)):
+            times, offsets = part[:, 0], part[:, 2]
             if chunk == LOOSE:
-                self._file.pages.read(offset, length)
-            yield RawMessage(by_id[channel], time, records[offset + _HEAD.size : end])
+                self._file.pages.read(int(offsets.min()), int(np.ptp(offsets)))
+            data = np.frombuffer(records, np.uint8)
+            heads = _heads(data, times, offsets, wanted)
+            if heads is None:
+                for time, _, offset in part.tolist():
+                    self._message(chunk, records, offset, time, by_id)  # says what is wrong
+                return
+            lengths = heads["length"].astype(np.int64) - MESSAGE_HEADER.size
+            for number, channel in by_id.items():
+                own = np.flatnonzero(heads["channel"] == number)
+                if len(own):
+                    yield Batch(channel, times[own], data, offsets[own] + _HEAD.size, lengths[own])
+
+    def _entries(self, channels: Collection[int]) -> npt.NDArray[np.int64]:
+        """Return log time, chunk and offset of the messages of some channels, in order."""
+        parts = [self._index[number] for number in channels if number in self._index]
+        return _sorted(np.concatenate(parts)) if parts else _NO_ENTRIES
+
+    def _parts(
+        self, entries: npt.NDArray[np.int64]
+    ) -> Iterator[tuple[int, memoryview, npt.NDArray[np.int64]]]:
+        """Yield the number of a chunk, its records, and some entries that follow each other there."""
+        if not len(entries):
+            return
+        starts = np.flatnonzero(np.diff(entries[:, 1], prepend=_NO_CHUNK))
+        chunks = entries[starts, 1].tolist()
+        parts = np.split(entries, starts[1:])
+        for chunk, records, part in zip(chunks, self._in_turn(chunks), parts, strict=True):
+            for first in range(0, len(part), BATCH):
+                yield chunk, records, part[first : first + BATCH]
+
+    def _message(
+        self, chunk: int, records: memoryview, offset: int, time: int, wanted: Collection[int]
+    ) -> tuple[int, memoryview]:
+        """Return the channel and the data of the message that the index names at an offset of a chunk."""
+        if not 0 <= offset <= len(records) - _HEAD.size:
+            raise self._wrong(chunk, f"the index names a message at {offset}, outside of the chunk", offset)
+        op, length, channel, _, recorded, _ = _HEAD.unpack_from(records, offset)
+        end = offset + RECORD_HEADER.size + length
+        if op != _MESSAGE or length < MESSAGE_HEADER.size or end > len(records):
+            message = f"the index names a message at {offset} where there is none"
+            raise self._wrong(chunk, message, offset)
+        if channel not in wanted or recorded != time:
+            # No checksum covers an index of messages.
+            message = (
+                f"the message index is wrong: it says {time} ns for the message at {offset} of this "
+                f"chunk, which is of channel {channel} and says {recorded} ns"
+            )
+            raise self._wrong(chunk, message, offset, "the file is damaged; get it again")
+        return channel, records[offset + _HEAD.size : end]
 
     def _wrong(self, chunk: int, message: str, offset: int, hint: str | None = None) -> InputError:
         """Return an error of the index of a chunk; its offset is that of the chunk if there is one."""
@@ -247,10 +304,35 @@ class McapRecording(Recording):
             self._chunks.clear()
 
 
-def _with_chunks(parts: list[tuple[int, npt.NDArray[np.int64]]]) -> npt.NDArray[np.int64]:
+def _heads(
+    data: npt.NDArray[np.uint8],
+    times: npt.NDArray[np.int64],
+    offsets: npt.NDArray[np.int64],
+    wanted: npt.NDArray[np.bool_],
+) -> npt.NDArray[np.void] | None:
+    """Return the heads of the messages that an index names, shape [n]; None if one of them is wrong.
+
+    Args:
+        data: The records of a chunk.
+        times: What the index says of their log times.
+        offsets: Where it says that they are.
+        wanted: Of each number that a channel can have, whether it may be theirs.
+
+    """
+    if offsets.min() < 0 or offsets.max() > len(data) - _HEAD.size:
+        return None
+    heads = cut(data, offsets, _HEAD.size).view(_HEADS)[:, 0]
+    room = (len(data) - RECORD_HEADER.size - offsets).astype(np.uint64)
+    right = (heads["op"] == _MESSAGE) & (heads["recorded"] == times)
+    right &= wanted[heads["channel"]] & (heads["length"] >= MESSAGE_HEADER.size) & (heads["length"] <= room)
+    return heads if right.all() else None
+
+
+def _with_chunks(parts: list[tuple[int, bytes]]) -> npt.NDArray[np.int64]:
     """Join the entries of several chunks; return log time, chunk and offset, shape [n, 3]."""
-    pairs = np.concatenate([entries for _, entries in parts])
-    chunks = np.repeat([number for number, _ in parts], [len(entries) for _, entries in parts])
+    pairs = np.frombuffer(b"".join([entries for _, entries in parts]), "<i8").reshape(-1, 2)
+    counts = [len(entries) // INDEX_ENTRY.size for _, entries in parts]
+    chunks = np.repeat(np.array([number for number, _ in parts], np.int64), counts)
     return np.stack([pairs[:, 0], chunks, pairs[:, 1]], axis=1)
 
 

@@ -21,7 +21,7 @@ from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.ros.definitions import PRIMITIVES, Definitions, Field, parse_definitions
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import numpy.typing as npt
 
@@ -99,29 +99,25 @@ class MessageType:
         """
         return _Reader(data, self).message(self.name, "")
 
-    def columns(self, messages: Sequence[memoryview]) -> list[Columns]:
-        """Read many messages at once; one result for each layout that occurs.
+    def columns_of(self, rows: npt.NDArray[np.intp], table: npt.NDArray[np.uint8]) -> list[Columns]:
+        """Read many messages of one length at once; one result for each layout that occurs.
+
+        Args:
+            rows: Numbers of the messages, for `Columns.rows`.
+            table: One message a row.
 
         Raises:
             InputError: A message does not fit the definition; with the offset.
 
         """
-        waiting: dict[int, list[int]] = {}
-        for number, data in enumerate(messages):
-            waiting.setdefault(len(data), []).append(number)
         result = []
-        for length, numbers in waiting.items():
-            joined = np.frombuffer(b"".join([messages[n] for n in numbers]), np.uint8)
-            table, rows = joined.reshape(len(numbers), length), np.array(numbers, np.intp)
-            for _ in range(_MAX_PASSES):
-                if len(rows):
-                    columns, same = self._columns_like_first(table, rows)
-                    result.append(columns)
-                    table, rows = table[~same], rows[~same]
-            result += [
-                self._columns_like_first(table[n : n + 1], rows[n : n + 1])[0] for n in range(len(rows))
-            ]
-        return result
+        for _ in range(_MAX_PASSES):
+            if len(rows):
+                columns, same = self._columns_like_first(table, rows)
+                result.append(columns)
+                table, rows = table[~same], rows[~same]
+        single = (slice(n, n + 1) for n in range(len(rows)))
+        return result + [self._columns_like_first(table[one], rows[one])[0] for one in single]
 
     def _columns_like_first(
         self, table: npt.NDArray[np.uint8], rows: npt.NDArray[np.intp]

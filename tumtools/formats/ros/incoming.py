@@ -18,7 +18,8 @@ from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.ros import signals
 from tumtools.formats.ros.besides import beside_the_streams, has_window
 from tumtools.formats.ros.codec import MessageType
-from tumtools.formats.ros.gather import Gathered, Times, gather, header_stamp
+from tumtools.formats.ros.collectors import header_stamp
+from tumtools.formats.ros.gather import Gathered, gather
 from tumtools.formats.ros.images import image_of_message
 from tumtools.formats.ros.kept import read_kept
 from tumtools.formats.ros.layouts import LAYOUTS, is_default_frame
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
     from tumtools.formats.options import ReadOptions
     from tumtools.formats.ros.codec import Message
+    from tumtools.formats.ros.collectors import Times
     from tumtools.formats.ros.recording import Channel, RawMessage, Recording
     from tumtools.model.camera import CameraInfo
     from tumtools.model.image import Image

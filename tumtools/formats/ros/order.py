@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from tumtools.formats.ros.gather import Times
+    from tumtools.formats.ros.collectors import Times
 
 
 @dataclass(frozen=True, slots=True)

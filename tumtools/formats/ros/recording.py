@@ -15,11 +15,14 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
+from tumtools.formats.ros.batches import in_batches
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
     import numpy.typing as npt
 
+    from tumtools.formats.ros.batches import Batch
     from tumtools.model.sequence import Loss
 
 MessageEncoding = Literal["cdr", "ros1"]
@@ -106,6 +109,15 @@ class Recording(ABC):
             InputError: Damage, with the offset and what was expected there.
 
         """
+
+    def batches(self, channels: Collection[Channel]) -> Iterator[Batch]:
+        """Yield small messages many at a time; those of each channel in order of log time.
+
+        Raises:
+            InputError: As `messages`.
+
+        """
+        return in_batches(self.messages(channels))
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
         """Return the log times of the messages of a channel, in order; from an index where there is one."""

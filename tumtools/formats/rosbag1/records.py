@@ -9,10 +9,15 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+import numpy as np
+
 from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.formats.ros.batches import cut
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
+
+    import numpy.typing as npt
 
 MAGIC: Final = b"#ROSBAG V2.0\n"
 BAG_HEADER_SIZE: Final = 4096
@@ -187,6 +192,32 @@ def _message_heads(connection: int, time: int) -> Iterator[bytes]:
     yield _HEAD + conn + at + _OP
     yield _HEAD + conn + _OP + at
     yield _HEAD + _OP + conn + at
+
+
+def find_messages(
+    block: Block,
+    offsets: npt.NDArray[np.int64],
+    connections: npt.NDArray[np.uint32],
+    times: npt.NDArray[np.int64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]] | None:
+    """Return where the data of messages begins and how long it is, if all have headers such as ours."""
+    data, size = np.frombuffer(block.data, np.uint8), _MESSAGE_HEAD + _LENGTH.size
+    if offsets.max(initial=0) > len(data) - size:
+        return None
+    found = cut(data, offsets, size)
+    expected = np.tile(
+        np.frombuffer(b"".join([_HEAD, _CONN, bytes(4), _AT, bytes(8), _OP]), np.uint8), (len(offsets), 1)
+    )
+    at = len(_HEAD) + len(_CONN)
+    expected[:, at : at + 4] = connections.astype("<u4").view(np.uint8).reshape(-1, 4)
+    at += 4 + len(_AT)
+    seconds_and_rest = np.stack(np.divmod(times, 1_000_000_000), axis=1).astype("<u4")
+    expected[:, at : at + 8] = seconds_and_rest.view(np.uint8)
+    if not np.array_equal(found[:, :_MESSAGE_HEAD], expected):
+        return None
+    lengths = np.ascontiguousarray(found[:, _MESSAGE_HEAD:]).view("<u4")[:, 0].astype(np.int64)
+    starts = offsets + size
+    return (starts, lengths) if (starts + lengths).max(initial=0) <= len(data) else None
 
 
 def read_record(block: Block, offset: int, *, cut: bool = False) -> Record:

@@ -17,6 +17,7 @@ import zstandard
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
 from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.metadata import DIGEST_RECORD, KEYS, is_metadata, parse_object
+from tumtools.formats.ros.batches import in_batches
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.formats.rosbag2.bag_info import FILE_NAME, BagInfo, read_bag_info
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     import numpy.typing as npt
+
+    from tumtools.formats.ros.batches import Batch
 
 _MAX_MESSAGE_BYTES: Final = 256 * 2**20
 _MAX_WINDOW: Final = 128 * 2**20
@@ -144,6 +147,16 @@ class Rosbag2Recording(Recording):
         for message, wanted in _merge(streams):
             data = self._unpack(message.data) if self._by_message else message.data
             yield RawMessage(wanted[message.channel.id], message.log_time, data)
+
+    def batches(self, channels: Collection[Channel]) -> Iterator[Batch]:
+        """Yield small messages many at a time; those of each channel in order of log time."""
+        if len(self._parts) != 1 or self._by_message:
+            yield from in_batches(self.messages(channels))
+            return
+        ids = {channel.id for channel in channels}
+        own = {channel: self._places[0][channel.id] for channel in self._parts[0].channels}
+        for batch in self._parts[0].batches([channel for channel, merged in own.items() if merged.id in ids]):
+            yield replace(batch, channel=own[batch.channel])
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
         """Return the log times of a channel, in order."""

@@ -312,18 +312,29 @@ def left_out(path: Path) -> dict[tuple[str, str], int]:
         return {(loss.stream, loss.what): loss.count for loss in recording.left_out}
 
 
+@pytest.mark.parametrize("is_there", [True, False], ids=["damaged", "missing"])
+@pytest.mark.parametrize("number", [0, 1])
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
-def test_a_salvage_tells_the_messages_of_files_that_cannot_be_read(tmp_path: Path, storage: str) -> None:
+def test_a_salvage_passes_over_a_file_that_cannot_be_read_and_tells_its_messages(
+    tmp_path: Path, storage: str, number: int, is_there: bool
+) -> None:
     parts = [write(tmp_path / str(n), some_messages(30 * n), storage) for n in range(3)]
     folder = join(tmp_path / "all", *parts)
     topics = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     listed = topics["topics_with_message_count"]
     edit(folder, topics_with_message_count=[topic | {"message_count": 45} for topic in listed])
     assert left_out(folder) == {}
-    next(folder.glob("part_1*")).write_bytes(b"nothing of the sort")
-    assert left_out(folder) == {(f"/topic{n}", "messages left out as damaged"): 30 for n in range(2)}
+    lost = next(folder.glob(f"part_{number}*"))
+    lost.write_bytes(b"nothing of the sort")
+    if not is_there:
+        lost.unlink()
+    with pytest.raises(InputError):
+        read(folder)
+    others = [message for n in range(3) if n != number for message in some_messages(30 * n)]
+    assert read(folder, salvage=True) == others
+    assert left_out(folder) == {(f"/topic{n}", "messages left out as damaged"): 15 for n in range(2)}
     edit(folder, topics_with_message_count=[])
-    assert left_out(folder) == {("recording", "files left out as damaged"): 2}
+    assert left_out(folder) == {("recording", "files left out as damaged"): 1}
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])

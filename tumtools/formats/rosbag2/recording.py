@@ -61,18 +61,25 @@ class Rosbag2Recording(Recording):
         folder = path if path.is_dir() else path.parent
         warnings = [] if path.is_dir() else [f"read without the {FILE_NAME} of its folder"]
         _check_compression(info, path)
+        if not info.files:
+            raise InputError("it lists no files", path=folder / FILE_NAME)
         self._by_message = info.compression_mode == "message"
         self._parts: list[Recording] = []
-        try:
-            for file in _files(folder, info):
-                self._parts.append(self._open(file, info, salvage=salvage))
-        except InputError as error:
-            if not salvage or not self._parts:
+        errors: list[InputError] = []
+        for name in info.files:
+            try:
+                self._parts.append(self._open(_file(folder, name), info, salvage=salvage))
+            except InputError as error:
+                if not salvage:
+                    self.close()
+                    raise
+                errors.append(error)
+        if errors:
+            if not self._parts:
                 self.close()
-                raise
-            warnings.append(f"{error.message}; this file and those after it are left out")
-            missing = len(info.files) - len(self._parts)
-            self.left_out = (Loss(RECORDING, f"files {LEFT_OUT}", missing, error.message),)
+                raise errors[0]
+            warnings += [f"{error.message}; this file is left out" for error in errors]
+            self.left_out = (Loss(RECORDING, f"files {LEFT_OUT}", len(errors), errors[0].message),)
         self.channels, self._places = _merge_channels(self._parts, info)
         custom = dict(info.custom_data or next((p.metadata for p in self._parts if p.metadata), {}))
         self.digest = next((p.digest for p in self._parts if p.digest), None)
@@ -208,20 +215,13 @@ def _check_compression(info: BagInfo, path: Path) -> None:
         raise UnsupportedInputError(f"compression {info.compression_format!r}, only zstd is read", path=path)
 
 
-def _files(folder: Path, info: BagInfo) -> list[Path]:
-    """Return the files of a recording, in order.
+def _file(folder: Path, name: str) -> Path:
+    """Return a file of a recording.
 
     Raises:
-        InputError: There is none, or its name leads out of the folder.
-        MissingInputError: One is not there.
+        MissingInputError: It is not there, or its name leads out of the folder.
 
     """
-    if not info.files:
-        raise InputError("it lists no files", path=folder / FILE_NAME)
-    return [_file(folder, name) for name in info.files]
-
-
-def _file(folder: Path, name: str) -> Path:
     # The first versions put the folder's own name before that of the file.
     for path in (folder / name, folder / Path(name).name):
         if path.resolve().is_relative_to(folder.resolve()):

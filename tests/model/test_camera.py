@@ -72,5 +72,12 @@ def test_cameras_with_the_same_numbers_are_equal_even_if_some_are_none() -> None
 def test_numbers_and_sizes_tell_what_can_be_no_camera() -> None:
     good = calibration("fr1", "rgb")
     assert good.is_plausible
-    for wrong in ({"d": (float("nan"),)}, {"k": (float("inf"),) * 9}, {"width": 0}, {"height": 2**32 - 1}):
+    mirrored = tuple(-number for number in good.k)
+    for wrong in (
+        {"d": (float("nan"),)},
+        {"k": (float("inf"),) * 9},
+        {"k": mirrored},
+        {"width": 0},
+        {"height": 2**32 - 1},
+    ):
         assert not replace(good, **wrong).is_plausible  # type: ignore[arg-type]  # as named

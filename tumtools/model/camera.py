@@ -51,10 +51,16 @@ class CameraInfo:
 
     @property
     def is_plausible(self) -> bool:
-        """Whether this can be a camera: numbers throughout, and a size that images have."""
+        """Whether this can be a camera: numbers throughout, focal lengths, and a size that images have."""
         numbers = (*self.k, *self.r, *self.p, *self.d)
         sizes = range(1, MAX_SIDE + 1)
-        return all(map(math.isfinite, numbers)) and self.width in sizes and self.height in sizes
+        focal_lengths = self.k[0], self.k[4]  # 0 is said of a camera that is not calibrated
+        return (
+            all(map(math.isfinite, numbers))
+            and min(focal_lengths) >= 0
+            and self.width in sizes
+            and self.height in sizes
+        )
 
     @classmethod
     def pinhole(

@@ -47,7 +47,8 @@ def warnings_of(path: Path, found: Survey, labels: Mapping[str, str]) -> Iterato
         if labels.get(stream) == label:
             yield (
                 f"{path}: the intrinsics of {stream} in {count} observations are no camera's (numbers that "
-                "are infinite or none, or an absurd size), and are left out; name the camera with --camera"
+                "are infinite or none, a negative focal length or an absurd size), and are left out; "
+                "name the camera with --camera"
             )
 
 

@@ -42,7 +42,7 @@ def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: boo
         yield Loss(label, what, count, "no or another sensor was chosen for the stream")
     for (stream, label), count in sorted(found.cameras_refused.items()):
         if labels.get(stream) == label:
-            why = "no camera has them: numbers that are infinite or none, a negative focal length, or an absurd size"
+            why = "no camera has them: numbers that are infinite, none or of a wrong sign, or an absurd size"
             yield Loss(stream, "intrinsics", count, why)
     why = "a sequence has one calibration for each image stream, that of its first observation"
     for (stream, label), count in sorted(found.cameras_changed.items()):

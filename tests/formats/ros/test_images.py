@@ -88,6 +88,17 @@ def test_raw_depth_is_millimetres_or_metres(
     np.testing.assert_array_equal(pixels_of(image), pixels)
 
 
+def test_raw_images_are_no_larger_than_those_of_files() -> None:
+    """Else they could be written as PNG files that nobody could read again."""
+    width, height = 4096, 3073
+    message = _message(_pixels("u1", 1), "mono8") | {"height": height, "width": width, "step": width}
+    message["data"] = np.zeros(width * height, np.uint8)
+    with pytest.raises(UnsupportedInputError, match="4096x3073 pixels; images of more than 12 megapixels"):
+        image_of_message(IMAGE, message, "rgb", None)
+    fitting = message | {"height": height - 1}
+    assert image_of_message(IMAGE, fitting, "rgb", None).height == 3072
+
+
 def test_bgr_is_not_taken_for_rgb() -> None:
     pixels = _pixels("u1", 3)
     image = image_of_message(IMAGE, _message(pixels, "bgr8"), "rgb", None)

@@ -18,6 +18,7 @@ from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.ros.messages import COMPRESSED_IMAGE
 from tumtools.images import png
 from tumtools.images.codec import image_of_jpeg, image_of_pixels, image_of_png, pixels_of
+from tumtools.images.limits import check_size
 from tumtools.model.image import ENCODINGS, Image
 
 if TYPE_CHECKING:
@@ -110,6 +111,7 @@ def _raw(message: Message, data: npt.NDArray[np.generic], stream: str) -> Image:
         raise InputError(
             f"an image of {width}x{height} {name} with {step} bytes a row cannot have {data.nbytes} bytes"
         )
+    check_size(width, height)
     if data.nbytes < step * height:
         # The last row may lack its padding.
         data = np.concatenate([data, np.zeros(step * height - data.nbytes, np.uint8)])

@@ -13,13 +13,11 @@ import numpy as np
 import pytest
 
 from tests.memory import START, Memory, groundtruth
-from tumtools import fingerprint
 from tumtools.convert import ConvertOptions, convert
 from tumtools.errors import InternalError
 from tumtools.formats import registry
 from tumtools.formats.options import WriteOptions
-from tumtools.formats.ros import serialise
-from tumtools.images import depth
+from tumtools.images import codec, depth
 from tumtools.images.codec import image_of_pixels, pixels_of
 from tumtools.model.sequence import Frame, Sequence
 from tumtools.sources import open_source
@@ -224,7 +222,7 @@ def wrong_metres(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         return np.nextafter(right(counts, units_per_metre), np.float32(99))
 
     right = depth.to_metres
-    for module in (depth, fingerprint, serialise):
+    for module in (depth, codec):
         monkeypatch.setattr(module, "to_metres", wrong)
     depth.is_reversible.cache_clear()
     yield

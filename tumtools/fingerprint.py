@@ -17,8 +17,8 @@ from isal import isal_zlib
 
 from tumtools.digest import canonical_pixels
 from tumtools.formats.options import Needs
-from tumtools.images.codec import pixels_of
-from tumtools.images.depth import is_reversible, to_metres
+from tumtools.images.codec import in_metres, pixels_of
+from tumtools.images.depth import is_reversible
 from tumtools.kept_digest import Noted, image_digest, is_hashed_as_file
 from tumtools.model.sequence import Frame, Sequence
 
@@ -108,19 +108,16 @@ def _crc(pixels: npt.NDArray[np.generic]) -> int:
     return isal_zlib.crc32(np.ascontiguousarray(pixels).reshape(-1).view(np.uint8).data)
 
 
-def _in_metres(image: Image) -> Image:
-    """Return counts of depth as metres, as they will be read again; itself if they might not come back."""
+def _may_be_metres(image: Image) -> bool:
+    """Tell whether an image has counts of depth that all come back from the metres that are made of them."""
     units = image.depth_units_per_metre
-    if image.pixels is None or image.encoding == "32FC1" or units is None or not is_reversible(units):
-        return image
-    metres = to_metres(image.pixels.astype(np.uint16, copy=False), units)
-    return replace(
-        image, encoding="32FC1", depth_units_per_metre=1.0, pixels=metres, compressed=None, compression=None
-    )
+    return units is not None and image.encoding != "32FC1" and is_reversible(units)
 
 
 class Recorded(Sequence):
     """A sequence that notes what passes through it on the way to a writer.
+
+    What the writer would decode or bring into metres is so already when it gets it.
 
     Args:
         sequence: What is written.
@@ -160,15 +157,12 @@ class Recorded(Sequence):
         if self._noted is not None:
             of: Kind = "files" if image.pixels is None and is_hashed_as_file(image) else "pixels"
             self._noted.add(frame, of, image_digest(image, of))
-        given = image
-        if self._needs.metres and frame.stream == "depth":
-            image = _in_metres(image)
-        # Metres that were made here lie in the result as they are; nothing canonical is needed to find them.
-        seen = (
-            fingerprint(image)
-            if image is given
-            else Fingerprint(pixels=_mark_of_pixels(image, pixels_of(image)))
-        )
+        if self._needs.metres and _may_be_metres(image):
+            image = in_metres(image)
+            # They lie in the result as they are, and nothing canonical is needed to find them there.
+            seen = Fingerprint(pixels=_mark_of_pixels(image, pixels_of(image)))
+        else:
+            seen = fingerprint(image)
         # A dict is safe to fill from several threads.
         self.fingerprints[frame.stream, frame.row] = seen
         return image

@@ -139,7 +139,7 @@ def _verify_images(
         return image.nbytes, None
 
     frames = _batches(result.images([*written.info.images]), _BATCH)
-    for batch in ordered_map(check, frames, jobs):
+    for batch in ordered_map(check, frames, jobs, window=2 * jobs):
         for frame, nbytes, seen in batch:
             if seen is not None:
                 found[frame.stream].append((frame.stamp, seen))

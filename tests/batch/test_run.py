@@ -299,11 +299,16 @@ def test_a_store_that_is_lost_before_the_claim_is_released_does_no_harm(
     assert run_inline(plan) == {"kept done": 3}
 
 
-def test_engines_of_others_are_found_by_their_entry_points(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_engines_of_others_are_found_by_their_entry_points(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     entry = EntryPoint("mine", "tumtools.batch.engines.inline:InlineEngine", "tumtools.engines")
     found = EntryPoints([entry])
     monkeypatch.setattr("tumtools.batch.engines.entry_points", lambda group: found.select(group=group))
-    assert create_engine("mine", EngineSettings()).capacity == InlineEngine(EngineSettings()).capacity
+    plan = plan_of(folder)
+    outcomes = list(run(plan, list(plan.tasks), create_engine("mine", EngineSettings()), RunOptions()))
+    assert {outcome.how for outcome in outcomes} == {"worked"}
+    assert states(plan) == {"done": 3}
     with pytest.raises(UsageError, match="no engine 'yours'") as caught:
         create_engine("yours", EngineSettings())
     assert "mine" in str(caught.value.hint)
@@ -337,6 +342,9 @@ class Breaks(InlineEngine):
         yield next(super().as_completed())
         raise RuntimeError("out of steam")
 
+    def shutdown(self) -> None:
+        raise RuntimeError("no brakes either")
+
 
 def test_an_engine_of_others_that_breaks_is_theirs_and_what_is_done_stays(
     folder: Path, monkeypatch: pytest.MonkeyPatch
@@ -346,8 +354,11 @@ def test_an_engine_of_others_that_breaks_is_theirs_and_what_is_done_stays(
     plan = plan_of(folder)
     engine = create_engine("mine", EngineSettings())
     message = "the engine mine .tests.batch.test_run:Breaks. failed: RuntimeError: out of steam"
+    released: list[bool] = []
+    monkeypatch.setattr("tumtools.batch.run._Runner.release", lambda _: released.append(True))
     with pytest.raises(EngineLostError, match=message):
         list(run(plan, list(plan.tasks), engine, RunOptions()))
+    assert released == [True]
     assert states(plan) == {"done": 1, "pending": 2}
     assert run_inline(plan) == {"kept done": 1, "worked done": 2}
 

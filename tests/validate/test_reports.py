@@ -125,8 +125,8 @@ def _unescape(text: str) -> str:
 def test_github_commands_can_be_parsed_back(report: Report) -> None:
     lines = render(report, "github").split("\n")
     assert lines[-3:] == [
-        "a b: failed: 1 error, 1 warning, 1 info",
-        "clean.mcap: passed: 0 errors, 0 warnings, 0 info",
+        "source a b: failed: 1 error, 1 warning, 1 info",
+        "source clean.mcap: passed: 0 errors, 0 warnings, 0 info",
         "",
     ]
     parsed = []
@@ -165,7 +165,14 @@ def test_what_is_read_on_a_terminal_holds_nothing_that_it_obeys(name: str) -> No
     nasty = "\x1b[31m\u202e"
     findings = (Finding("TUM003", Severity.ERROR, nasty, Place(nasty, 1), nasty),)
     result = Result(nasty, nasty, False, nasty, "tum", findings, tuple(RULES))
-    assert "\x1b" not in render(Report((result,)), name)
+    text = render(Report((result,)), name)
+    assert "\x1b" not in text
+    assert "\u202e" not in text
+
+
+def test_a_source_is_no_command_of_github() -> None:
+    result = Result("::stop-commands::x", "x", False, "x", "tum", (), tuple(RULES))
+    assert render(Report((result,)), "github").startswith("source ::stop-commands::x: passed")
 
 
 @pytest.mark.parametrize(("fail_on", "failed"), [(Severity.ERROR, True), (None, False)])

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.batch.claims import DEFAULT_LEASE, Claims
-from tumtools.batch.engines.engine import say_nothing
+from tumtools.batch.engines.engine import EngineLostError, say_nothing
 from tumtools.batch.ledger import DONE, FAILED, SKIPPED, Ledger
 from tumtools.batch.places import is_remote
 from tumtools.batch.plan import by_id
@@ -96,8 +96,13 @@ def run(plan: Plan, tasks: list[Task], engine: Engine, options: RunOptions) -> G
     try:
         runner.prepare()
         yield from runner.run(tasks)
-    finally:
+    except BaseException:
+        with suppress(EngineLostError):  # what has gone wrong before is what is told
+            engine.shutdown()
+        raise
+    else:
         engine.shutdown()
+    finally:
         runner.release()
 
 

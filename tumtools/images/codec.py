@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.images import png
+from tumtools.images.depth import to_metres
 from tumtools.images.parallel import take_room
 from tumtools.model.image import ENCODINGS, Image
 
@@ -129,6 +131,22 @@ def canonical(pixels: npt.NDArray[np.generic], encoding: str) -> tuple[npt.NDArr
         swapped[:, :, 0], swapped[:, :, 2] = pixels[:, :, 2], pixels[:, :, 0]
         return swapped, _SWAPPED[encoding]
     return pixels, encoding
+
+
+def in_metres(image: Image) -> Image:
+    """Return counts of depth as an image in metres, `32FC1`, NaN for no reading; metres as they are.
+
+    Raises:
+        InputError: The compressed image is damaged.
+
+    """
+    units = image.depth_units_per_metre
+    if units is None or image.encoding == "32FC1":
+        return image
+    metres = to_metres(pixels_of(image).astype(np.uint16, copy=False), units)
+    return replace(
+        image, encoding="32FC1", depth_units_per_metre=1.0, pixels=metres, compressed=None, compression=None
+    )
 
 
 def png_of(image: Image) -> bytes | memoryview:

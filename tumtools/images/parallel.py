@@ -100,7 +100,7 @@ def ordered_map(
         function: Called in any thread.
         items: Read ahead by at most `window`.
         jobs: Threads; 1 computes in the caller's thread.
-        window: Items under way; four times the threads unless told.
+        window: Items under way; four times the threads unless told. Fewer for what takes much memory.
         join: Wait for the threads when the generator ends early, so that `function` has no effect after
             that. The caller must then close the generator itself and not leave that to the collector.
 

@@ -42,6 +42,7 @@ _MAX_DEFLATE_RATIO: Final = 1040
 _LEVEL: Final = 1
 _BLOCK_ROWS: Final = 24
 _BLOCK_BYTES: Final = 2**20
+"""Bytes that `_sum_along` works on at a time: an image of the benchmark."""
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 

@@ -17,7 +17,7 @@ from tumtools.errors import LossRefusedError
 from tumtools.formats.options import ReadOptions, WriteOptions
 from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros import messages
-from tumtools.formats.ros.besides import has_window
+from tumtools.formats.ros.besides import Lateness, has_window, lateness
 from tumtools.model.signals import Trajectory
 from tumtools.sources import open_source
 
@@ -117,11 +117,15 @@ def test_times_of_recording_are_told_where_they_are_not_the_stamps(
             file.image("/rgb", stamp, number, late=late)
             file.write("/imu", messages.IMU, stamp, late=-late, **imu())
             file.write("/pose", messages.POSE_STAMPED, stamp, pose={"position": ZERO, "orientation": ONE})
-            moved = {"translation": ZERO, "rotation": ONE}
-            named = {"header": file.header(stamp, "a"), "child_frame_id": "b", "transform": moved}
-            for topic in ("/tf", "/tf_static"):
-                transforms = [named] if number else []  # a message may have none
-                file.write(topic, messages.TF_MESSAGE, stamp, late=abs(late), transforms=transforms)
+            still = {"translation": ZERO, "rotation": ONE}
+            moved = {"translation": ZERO | {"x": float(number)}, "rotation": ONE}
+            for topic, transforms in {"/tf": {"xy": still, "ab": moved}, "/tf_static": {"bc": still}}.items():
+                named = [
+                    {"header": file.header(stamp, edge[0]), "child_frame_id": edge[1], "transform": one}
+                    for edge, one in transforms.items()
+                    if number  # a message may have none
+                ]
+                file.write(topic, messages.TF_MESSAGE, stamp, late=abs(late), transforms=named)
     with open_source(path, ReadOptions(topics={"groundtruth": "/pose"})) as sequence:
         found = [loss for loss in sequence.info.not_carried if loss.what == "times of recording"]
     assert [(loss.stream, loss.count, loss.largest_error, loss.unit) for loss in found] == [
@@ -130,7 +134,19 @@ def test_times_of_recording_are_told_where_they_are_not_the_stamps(
     ]
     with open_source(path, ReadOptions(topics={"groundtruth": "/tf:a.b"})) as sequence:
         found = [loss for loss in sequence.info.not_carried if loss.what == "times of recording"]
-    assert [(loss.stream, loss.count) for loss in found] == [("rgb", 3), ("accelerometer", 3), ("/tf", 3)]
+    assert [(loss.stream, loss.count) for loss in found] == [
+        ("rgb", 3),
+        ("accelerometer", 3),
+        ("groundtruth", 3),
+    ]
+
+
+def test_times_of_any_size_are_compared() -> None:
+    least, most = -(2**63), 2**63 - 1
+    log_times, stamps = np.array([least, least, most, 7, -3]), np.array([0, most, least, 7, -4])
+    assert lateness(log_times, stamps) == Lateness(4, 2**64 - 1)
+    assert lateness(log_times[:1], stamps[:1]) == Lateness(1, 2**63)
+    assert lateness(log_times[:0], stamps[:0]) == Lateness()
 
 
 POSE = T["geometry_msgs/msg/Pose"](

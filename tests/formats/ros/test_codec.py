@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.ros import messages
-from tumtools.formats.ros.batches import joined, tables
+from tumtools.formats.ros.batches import tables
 from tumtools.formats.ros.codec import Columns, Message, MessageType
 
 if TYPE_CHECKING:
@@ -244,8 +244,8 @@ def test_columns_say_what_the_messages_say(name: str, encoding: MessageEncoding,
 
 
 def _columns(kind: MessageType, encoded: list[memoryview]) -> list[Columns]:
-    data, lengths = joined(list(encoded))
-    parts = tables(data, np.cumsum(lengths) - lengths, lengths)
+    lengths = np.array([len(one) for one in encoded], np.int64)
+    parts = tables(np.frombuffer(b"".join(encoded), np.uint8), np.cumsum(lengths) - lengths, lengths)
     return [columns for rows, table in parts for columns in kind.columns_of(rows, table)]
 
 

@@ -12,8 +12,11 @@ import pytest
 
 from tests.formats.rosbag1.samples import bag_bytes, plain, read, some_messages
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
+from tumtools.formats.rosbag1 import records
 from tumtools.formats.rosbag1.compression import COMPRESSIONS
+from tumtools.formats.rosbag1.index import read_index
 from tumtools.formats.rosbag1.recording import BagRecording
+from tumtools.formats.rosbag1.records import Block, read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -230,3 +233,41 @@ def test_a_chunk_that_claims_to_be_huge_takes_no_memory(
     else:
         with pytest.raises(UnsupportedInputError, match="a compressed chunk of 4294967295 bytes"):
             read(path)
+
+
+def _with_entry(bag: bytes, change: bytes, at: int) -> tuple[bytes, int]:
+    """Change the first entry of the first index record behind the last chunk; return where that record is."""
+    file = Block("a.bag", memoryview(bag))
+    record = read_record(file, read_index(file).chunks[-1].end)
+    place = record.data_start + at
+    return bag[:place] + change + bag[place + len(change) :], record.offset
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_an_index_that_points_behind_its_chunk_is_named(tmp_path: Path, compression: str) -> None:
+    bag, record = _with_entry(bag_bytes(SMALL, compression), b"\xff\xff\xff\x7f", 8)
+    path = tmp_path / "a.bag"
+    path.write_bytes(bag)
+    with pytest.raises(InputError, match="an index points behind the end of its chunk") as error:
+        BagRecording(path)
+    assert error.value.location == f"offset {record}"
+
+
+@pytest.mark.parametrize("salvage", [False, True])
+def test_an_index_with_a_time_that_is_none_is_damage(tmp_path: Path, salvage: bool) -> None:
+    bag, _ = _with_entry(bag_bytes(SMALL), b"\xff" * 8, 0)
+    path = tmp_path / "a.bag"
+    path.write_bytes(bag)
+    if salvage:
+        assert len(read(path, salvage=True)) == len(SMALL)
+    else:
+        with pytest.raises(InputError, match="the index says that a message of connection"):
+            read(path)
+
+
+def test_headers_of_absurd_size_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.bag"
+    path.write_bytes(bag_bytes(SMALL))
+    monkeypatch.setattr(records, "_MOST_FIELDS", 10)
+    with pytest.raises(UnsupportedInputError, match="bytes of header fields, more than 10"):
+        BagRecording(path)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import pytest
 import yaml
 import zstandard
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -21,6 +22,7 @@ from tests.formats.mcap.foreign import Foreign
 from tests.memory import Memory, groundtruth
 from tumtools.convert import convert
 from tumtools.errors import InputError, MissingInputError
+from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.options import WriteOptions
 from tumtools.formats.rosbag2.recording import Rosbag2Recording
 from tumtools.sources import open_source
@@ -139,6 +141,51 @@ def test_parts_that_overlap_in_time_are_merged(tmp_path: Path) -> None:
     messages = some_messages(0, 90)
     parts = [write(tmp_path / str(i), messages[i::3]) for i in range(3)]
     assert read(join(tmp_path / "bag", *parts)) == messages
+
+
+def in_batches(folder: Path) -> Messages:
+    """Read what a folder has, many messages at a time."""
+    with closing(Rosbag2Recording(folder)) as recording:
+        found = [
+            (batch.channel.topic, int(time), batch.data[start : start + length].tobytes())
+            for batch in recording.batches(recording.channels)
+            for time, start, length in zip(batch.log_times, batch.starts, batch.lengths, strict=True)
+        ]
+    return [(topic, time, STORE.deserialize_cdr(data, KIND).data) for topic, time, data in found]
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+@pytest.mark.parametrize("mode", ["none", "message", "parts"])
+def test_messages_come_in_batches_in_the_order_of_their_topics(
+    tmp_path: Path, storage: str, mode: str
+) -> None:
+    messages = some_messages(0, 90)
+    if mode == "parts":
+        folder = join(
+            tmp_path / "bag", *(write(tmp_path / str(i), messages[i::3], storage) for i in range(3))
+        )
+    else:
+        folder = write(tmp_path / "bag", messages, storage, mode)
+    found = in_batches(folder)
+    for topic in ("/topic0", "/topic1"):
+        assert [one for one in found if one[0] == topic] == [one for one in messages if one[0] == topic]
+
+
+def test_channels_that_are_merged_come_in_batches_in_the_order_of_their_topic(tmp_path: Path) -> None:
+    messages = some_messages(0, 40)
+    folder = write(tmp_path / "bag", messages, "mcap")
+    part = McapRecording(folder / "bag.mcap")
+    copies = [(message.log_time, bytes(message.data)) for message in part.messages(part.channels)]
+    with (folder / "bag.mcap").open("wb") as file:
+        library = McapWriter(file)
+        library.start(profile="ros2", library="x")
+        schema = library.register_schema(KIND, "ros2msg", part.channels[0].definition.encode())
+        channels = [library.register_channel("/topic", "cdr", schema, {"number": str(n)}) for n in range(2)]
+        for number, (time, data) in enumerate(copies):
+            library.add_message(channels[number % 2], time, data, time)
+        library.finish()
+    edit(folder, topics_with_message_count=[])
+    assert in_batches(folder) == [("/topic", time, text) for _, time, text in messages]
 
 
 def test_a_time_range_includes_both_ends(tmp_path: Path) -> None:

@@ -55,9 +55,10 @@ class OthersEngine:
             completed = iter(self._engine.as_completed())
         while True:
             with self._named():
-                one = next(completed, None)
-            if one is None:
-                return
+                try:
+                    one = next(completed)
+                except StopIteration:
+                    return
             yield one
 
     def shutdown(self) -> None:

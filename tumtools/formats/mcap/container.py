@@ -132,7 +132,10 @@ def write_mcap(  # noqa: PLR0913 - all but two are parts of the file
         writer.start(metadata)
         chunker = Chunker(writer.introduce, packing.stored)
         chunks = ordered_map(
-            lambda chunk: chunk.finish(packing.compression), chunker.chunks(messages, rows), jobs
+            lambda chunk: chunk.finish(packing.compression),
+            chunker.chunks(messages, rows),
+            jobs,
+            window=2 * jobs,
         )
         for chunk in chunks:
             writer.chunk(chunk)

@@ -15,7 +15,7 @@ from tumtools.errors import InputError
 from tumtools.formats.mcap.file import LOOSE, McapFile
 from tumtools.formats.mcap.records import CHUNK_HEADER, INDEX_ENTRY, MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
-from tumtools.formats.ros.batches import BATCH, Batch, cut
+from tumtools.formats.ros.batches import BATCH, Batch, in_batches, rows_at
 from tumtools.formats.ros.definitions import full_name
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
@@ -50,6 +50,7 @@ _HEADS: Final = np.dtype(
 _INDEX_HEAD: Final = struct.Struct("<BQHI")
 """Head of a message index: the record's, the channel, bytes of entries."""
 _CHANNELS: Final = 2**16
+"""Numbers that a channel can have."""
 _NO_CHUNK: Final = LOOSE - 1
 _MESSAGE: Final = int(Op.MESSAGE)
 _NO_ENTRIES: Final = np.empty((0, 3), np.int64)
@@ -193,32 +194,40 @@ class McapRecording(Recording):
         if end is not None:
             entries = entries[entries[:, 0] <= end]
         for chunk, records, part in self._parts(entries):
-            for time, _, offset in part.tolist():
-                channel, data = self._message(chunk, records, offset, time, by_id)
-                if chunk == LOOSE:
-                    self._file.pages.read(offset, len(data))
-                yield RawMessage(by_id[channel], time, data)
+            yield from self._messages_of(chunk, records, part, by_id)
 
     def batches(self, channels: Collection[Channel]) -> Iterator[Batch]:
-        """Yield small messages many at a time; those of each channel in order of log time."""
+        """Yield small messages many at a time; those of each channel in order of log time.
+
+        Raises:
+            InputError: As `messages`.
+
+        """
         by_id = {channel.id: channel for channel in channels}
         wanted = np.zeros(_CHANNELS, bool)
         wanted[[*by_id]] = True
         for chunk, records, part in self._parts(self._entries(by_id)):
-            times, offsets = part[:, 0], part[:, 2]
-            if chunk == LOOSE:
-                self._file.pages.read(int(offsets.min()), int(np.ptp(offsets)))
-            data = np.frombuffer(records, np.uint8)
-            heads = _heads(data, times, offsets, wanted)
+            times, offsets, data = part[:, 0], part[:, 2], np.frombuffer(records, np.uint8)
+            # What is in no chunk may lie far apart, so its pages are given back message by message.
+            heads = None if chunk == LOOSE else _heads(data, times, offsets, wanted)
             if heads is None:
-                for time, _, offset in part.tolist():
-                    self._message(chunk, records, offset, time, by_id)  # says what is wrong
-                return
+                yield from in_batches(self._messages_of(chunk, records, part, by_id))
+                continue
             lengths = heads["length"].astype(np.int64) - MESSAGE_HEADER.size
             for number, channel in by_id.items():
                 own = np.flatnonzero(heads["channel"] == number)
                 if len(own):
                     yield Batch(channel, times[own], data, offsets[own] + _HEAD.size, lengths[own])
+
+    def _messages_of(
+        self, chunk: int, records: memoryview, part: npt.NDArray[np.int64], by_id: Mapping[int, Channel]
+    ) -> Iterator[RawMessage]:
+        """Yield the messages that some entries name in one chunk."""
+        for time, _, offset in part.tolist():
+            channel, data = self._message(chunk, records, offset, time, by_id)
+            if chunk == LOOSE:
+                self._file.pages.read(offset, len(data))
+            yield RawMessage(by_id[channel], time, data)
 
     def _entries(self, channels: Collection[int]) -> npt.NDArray[np.int64]:
         """Return log time, chunk and offset of the messages of some channels, in order."""
@@ -312,6 +321,9 @@ def _heads(
 ) -> npt.NDArray[np.void] | None:
     """Return the heads of the messages that an index names, shape [n]; None if one of them is wrong.
 
+    None also if they have more bytes than there are: one that is named again and again would be copied as
+    often.
+
     Args:
         data: The records of a chunk.
         times: What the index says of their log times.
@@ -321,11 +333,11 @@ def _heads(
     """
     if offsets.min() < 0 or offsets.max() > len(data) - _HEAD.size:
         return None
-    heads = cut(data, offsets, _HEAD.size).view(_HEADS)[:, 0]
+    heads = rows_at(data, offsets, _HEAD.size).view(_HEADS)[:, 0]
     room = (len(data) - RECORD_HEADER.size - offsets).astype(np.uint64)
     right = (heads["op"] == _MESSAGE) & (heads["recorded"] == times)
     right &= wanted[heads["channel"]] & (heads["length"] >= MESSAGE_HEADER.size) & (heads["length"] <= room)
-    return heads if right.all() else None
+    return heads if right.all() and int(heads["length"].sum()) <= len(data) else None
 
 
 def _with_chunks(parts: list[tuple[int, bytes]]) -> npt.NDArray[np.int64]:

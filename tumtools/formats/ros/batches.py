@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from tumtools.formats.ros.recording import Channel, RawMessage
 
 BATCH: Final = 2048
-"""Messages."""
+"""Messages that are worked on at a time at the most."""
+BATCH_BYTES: Final = 2**24
+"""Bytes of copies that are held for it: an index may name a large message again and again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +29,9 @@ class Batch:
     Attributes:
         channel: Their channel.
         log_times: Nanoseconds, int64, shape [n].
-        data: The buffer, uint8; whoever keeps it keeps a chunk of the recording.
-        starts: Where each message begins, shape [n].
-        lengths: Bytes of each message, shape [n].
+        data: The buffer, uint8; whoever keeps it keeps a chunk of the recording, or the mapped file.
+        starts: Where each message begins, int64, shape [n].
+        lengths: Bytes of each message, int64, shape [n].
 
     """
 
@@ -40,32 +42,51 @@ class Batch:
     lengths: npt.NDArray[np.int64]
 
 
-def joined(messages: list[bytes | memoryview]) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
-    """Return messages in one buffer, and the length of each."""
-    lengths = np.fromiter(map(len, messages), np.int64, len(messages))
-    return np.frombuffer(b"".join(messages), np.uint8), lengths
+class Copies:
+    """Copies of messages of one channel, until there are enough of them for a batch."""
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+        self._log_times: list[int] = []
+        self._messages: list[bytes] = []
+        self._nbytes = 0
+
+    def __len__(self) -> int:
+        return len(self._messages)
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether it is time to take them."""
+        return len(self._messages) >= BATCH or self._nbytes >= BATCH_BYTES
+
+    def add(self, message: RawMessage) -> None:
+        """Copy a message."""
+        self._log_times.append(message.log_time)
+        self._messages.append(bytes(message.data))
+        self._nbytes += len(message.data)
+
+    def take(self) -> Batch:
+        """Return what has been copied, and hold nothing any more."""
+        times, messages = np.array(self._log_times, np.int64), self._messages
+        self._log_times, self._messages, self._nbytes = [], [], 0
+        lengths = np.fromiter(map(len, messages), np.int64, len(messages))
+        data = np.frombuffer(b"".join(messages), np.uint8)
+        return Batch(self._channel, times, data, np.cumsum(lengths) - lengths, lengths)
 
 
 def in_batches(messages: Iterable[RawMessage]) -> Iterator[Batch]:
-    """Yield the messages of each channel in batches of `BATCH`, copied as they come."""
-    waiting: dict[Channel, tuple[list[int], list[bytes | memoryview]]] = {}
+    """Yield copies of messages, many of a channel at a time; those of each channel in their order."""
+    copies: dict[int, Copies] = {}
     for message in messages:
-        times, copies = waiting.setdefault(message.channel, ([], []))
-        times.append(message.log_time)
-        copies.append(bytes(message.data))
-        if len(copies) == BATCH:
-            yield _batch(message.channel, *waiting.pop(message.channel))
-    for channel, (times, copies) in waiting.items():
-        yield _batch(channel, times, copies)
+        own = copies.setdefault(message.channel.id, Copies(message.channel))
+        own.add(message)
+        if own.is_enough:
+            yield own.take()
+    yield from (own.take() for own in copies.values() if len(own))
 
 
-def _batch(channel: Channel, times: list[int], messages: list[bytes | memoryview]) -> Batch:
-    data, lengths = joined(messages)
-    return Batch(channel, np.array(times, np.int64), data, np.cumsum(lengths) - lengths, lengths)
-
-
-def cut(data: npt.NDArray[np.uint8], starts: npt.NDArray[np.int64], length: int) -> npt.NDArray[np.uint8]:
-    """Return a copy of the bytes at some places, which must be there; shape [n, length]."""
+def rows_at(data: npt.NDArray[np.uint8], starts: npt.NDArray[np.int64], length: int) -> npt.NDArray[np.uint8]:
+    """Return so many bytes at each of some places, which must be there, copied; uint8, shape [n, length]."""
     if not length or not len(starts):
         return np.empty((len(starts), length), np.uint8)
     # As `sliding_window_view`, which takes longer than to copy some rows.
@@ -76,10 +97,20 @@ def cut(data: npt.NDArray[np.uint8], starts: npt.NDArray[np.int64], length: int)
 def tables(
     data: npt.NDArray[np.uint8], starts: npt.NDArray[np.int64], lengths: npt.NDArray[np.int64]
 ) -> Iterator[tuple[npt.NDArray[np.intp], npt.NDArray[np.uint8]]]:
-    """Yield the numbers of the messages of each length that occurs, and these messages, one a row."""
-    if len(lengths) and (lengths == lengths[0]).all():
-        yield np.arange(len(lengths)), cut(data, starts, int(lengths[0]))
+    """Yield the messages of each length that occurs, copied.
+
+    Args:
+        data: What they lie in.
+        starts: Where each begins, shape [n].
+        lengths: Bytes of each, shape [n].
+
+    Yields:
+        The numbers of the messages, shape [m], and one message a row, uint8, shape [m, length].
+
+    """
+    if len(lengths) and (lengths == lengths[0]).all():  # as it mostly is
+        yield np.arange(len(lengths)), rows_at(data, starts, int(lengths[0]))
         return
     for length in np.unique(lengths).tolist():
         rows = np.flatnonzero(lengths == length)
-        yield rows, cut(data, starts[rows], length)
+        yield rows, rows_at(data, starts[rows], length)

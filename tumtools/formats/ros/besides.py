@@ -47,11 +47,8 @@ def beside_the_streams(found: Gathered) -> Iterator[Loss]:
         yield Loss(stream, "calibrations that differ from the first", count, why)
     for (topic, what), count in found.besides.items():
         yield Loss(topic, what, count, _WHY[what])
-    why = "a sequence has the stamps of the headers, when something was measured"
     for stream, late in found.late.items():
-        if late.count:
-            seconds = late.largest / NANOSECONDS_PER_SECOND
-            yield Loss(stream, "times of recording", late.count, why, seconds, "s")
+        yield from late_losses(stream, late)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +68,17 @@ class Lateness:
         return Lateness(self.count + other.count, max(self.largest, other.largest))
 
 
-def lateness(logged: npt.NDArray[np.int64], stamps: npt.NDArray[np.int64]) -> Lateness:
+def late_losses(stream: str, late: Lateness) -> Iterator[Loss]:
+    """Yield what is lost of the times at which messages were logged, if that is anything."""
+    if late.count:
+        why = "a sequence has the stamps of the headers, when something was measured"
+        yield Loss(stream, "times of recording", late.count, why, late.largest / NANOSECONDS_PER_SECOND, "s")
+
+
+def lateness(log_times: npt.NDArray[np.int64], stamps: npt.NDArray[np.int64]) -> Lateness:
     """Compare log times and header stamps, in nanoseconds; shape [n] each."""
-    apart = np.abs(logged - stamps)
+    # A log time may be any number of 64 bits, so a difference may take 64 bits without a sign.
+    apart = np.maximum(log_times, stamps).view(np.uint64) - np.minimum(log_times, stamps).view(np.uint64)
     return Lateness(int(np.count_nonzero(apart)), int(apart.max(initial=0)))
 
 

@@ -8,6 +8,7 @@ Messages are copied and decoded many at a time: a view would keep a whole chunk 
 from __future__ import annotations
 
 import struct
+from abc import ABC, abstractmethod
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
@@ -15,14 +16,12 @@ import numpy as np
 
 from tumtools.errors import InputError
 from tumtools.formats.ros import signals
-from tumtools.formats.ros.batches import BATCH, in_batches, tables
+from tumtools.formats.ros.batches import BATCH, BATCH_BYTES, Copies, tables
 from tumtools.formats.ros.besides import Lateness, beside_accelerations, beside_poses, lateness
 from tumtools.model.signals import Accelerometer, Trajectory
 from tumtools.model.time import join_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import numpy.typing as npt
 
     from tumtools.formats.ros.batches import Batch
@@ -37,12 +36,11 @@ _STAMPS: Final = {"cdr": struct.Struct("<iI"), "ros1": struct.Struct("<II")}
 _BIG_ENDIAN_STAMP: Final = struct.Struct(">iI")
 
 
-class Collector:
+class Collector(ABC):
     """Takes the messages of one channel in order of log time.
 
     Args:
         kind: Decodes them.
-        take: Called with decoded messages; their `rows` count all messages of the channel.
 
     Attributes:
         frame_id: Coordinate frame of the first message.
@@ -52,12 +50,12 @@ class Collector:
 
     """
 
-    def __init__(self, kind: MessageType, take: Callable[[Columns], None]) -> None:
+    def __init__(self, kind: MessageType) -> None:
         self._kind = kind
-        self._take = take
-        self._messages: list[RawMessage] = []
+        self._copies: Copies | None = None
         self._waiting: dict[int, list[tuple[npt.NDArray[np.intp], npt.NDArray[np.uint8]]]] = {}
-        self._logged: list[npt.NDArray[np.int64]] = []
+        self._log_times: list[npt.NDArray[np.int64]] = []
+        self._nbytes = 0
         self._count = 0
         self._done = 0
         self._first = -1
@@ -66,24 +64,31 @@ class Collector:
         self.besides: Counter[str] = Counter()
         self.late = Lateness()
 
+    @abstractmethod
+    def _take(self, part: Columns, log_times: npt.NDArray[np.int64]) -> None:
+        """Take decoded messages; their `rows` count all messages of the channel."""
+
     def add(self, message: RawMessage) -> None:
-        """Take a message."""
-        self._messages.append(message._replace(data=memoryview(bytes(message.data))))
-        if len(self._messages) == BATCH:
-            self._add_messages()
+        """Take a message; see `add_batch`."""
+        if self._copies is None:
+            self._copies = Copies(message.channel)
+        self._copies.add(message)
+        if self._copies.is_enough:
+            self.add_batch(self._copies.take())
 
     def add_batch(self, batch: Batch) -> None:
         """Take many messages.
 
         Raises:
-            InputError: A message does not fit its definition.
+            InputError: A message does not fit its definition: one of these, or of those before them.
 
         """
         for rows, table in tables(batch.data, batch.starts, batch.lengths):
             self._waiting.setdefault(table.shape[1], []).append((self._count + rows, table))
-        self._logged.append(batch.log_times)
+            self._nbytes += table.size
+        self._log_times.append(batch.log_times)
         self._count += len(batch.log_times)
-        if self._count - self._done >= BATCH:
+        if self._count - self._done >= BATCH or self._nbytes >= BATCH_BYTES:
             self._decode()
 
     def flush(self) -> None:
@@ -93,23 +98,17 @@ class Collector:
             InputError: A message does not fit its definition.
 
         """
-        self._add_messages()
+        if self._copies is not None:
+            self.add_batch(self._copies.take())
         self._decode()
 
-    def _add_messages(self) -> None:
-        messages, self._messages = self._messages, []
-        for batch in in_batches(messages):
-            self.add_batch(batch)
-
     def _decode(self) -> None:
-        waiting, logged = self._waiting, np.concatenate([np.empty(0, np.int64), *self._logged])
-        self._waiting, self._logged = {}, []
+        waiting, log_times = self._waiting, np.concatenate([np.empty(0, np.int64), *self._log_times])
+        self._waiting, self._log_times, self._nbytes = {}, [], 0
         for parts in waiting.values():
             rows, table = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
             for part in self._kind.columns_of(rows, table):
-                if (stamps := signals.first_stamps(part)) is not None:
-                    self.late += lateness(logged[part.rows - self._done], stamps)
-                self._take(part)
+                self._take(part, log_times[part.rows - self._done])
         self._done = self._count
 
     def _note_frame(self, part: Columns, frame_id: str) -> None:
@@ -127,11 +126,13 @@ class AccelerometerCollector(Collector):
     """Collects accelerations."""
 
     def __init__(self, kind: MessageType) -> None:
-        super().__init__(kind, self._add)
+        super().__init__(kind)
         self._parts: list[tuple[npt.NDArray[np.intp], Accelerometer]] = []
 
-    def _add(self, part: Columns) -> None:
-        self._parts.append((part.rows, signals.accelerations_in(part)))
+    def _take(self, part: Columns, log_times: npt.NDArray[np.int64]) -> None:
+        found = signals.accelerations_in(part)
+        self._parts.append((part.rows, found))
+        self.late += lateness(log_times, found.stamps)
         self._note_frame(part, part.texts.get("header.frame_id", ""))
         self.besides += beside_accelerations(part)
 
@@ -148,11 +149,11 @@ class PoseCollector(Collector):
     """Collects poses of messages with one pose each, or of the transforms to some frames."""
 
     def __init__(self, kind: MessageType, bodies: frozenset[str] = frozenset()) -> None:
-        super().__init__(kind, self._add)
+        super().__init__(kind)
         self._bodies = bodies
         self._parts: list[tuple[npt.NDArray[np.intp], Trajectory]] = []
 
-    def _add(self, part: Columns) -> None:
+    def _take(self, part: Columns, log_times: npt.NDArray[np.int64]) -> None:
         if self._kind.name in signals.POSE_PATHS:
             found = [(part.texts.get("header.frame_id", ""), signals.poses_in(self._kind.name, part))]
             self.besides += beside_poses(part)
@@ -162,6 +163,7 @@ class PoseCollector(Collector):
         for frame_id, poses in found:
             self._note_frame(part, frame_id)
             self._parts.append((part.rows, poses))
+            self.late += lateness(log_times, poses.stamps)
 
     def result(self) -> Trajectory:
         """Return all rows."""
@@ -183,7 +185,11 @@ class TransformCollector(Collector):
     """Collects transforms into a tree that several channels may share."""
 
     def __init__(self, kind: MessageType, tree: TransformTree) -> None:
-        super().__init__(kind, tree.add)
+        super().__init__(kind)
+        self._tree = tree
+
+    def _take(self, part: Columns, log_times: npt.NDArray[np.int64]) -> None:
+        self._tree.add(part, log_times)
 
 
 Times = tuple["npt.NDArray[np.int64]", "npt.NDArray[np.int64]"]

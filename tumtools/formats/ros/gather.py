@@ -18,7 +18,6 @@ from tumtools.formats.ros.collectors import (
     StampCollector,
     TransformCollector,
 )
-from tumtools.formats.ros.layouts import TF_STATIC_TOPIC
 from tumtools.formats.ros.tf import TransformTree
 from tumtools.model.sequence import IMAGE_STREAMS
 
@@ -46,7 +45,7 @@ class Gathered:
         tree: Transforms that the ground truth of a foreign recording is composed from.
         times: Image stream -> log times and header stamps, of foreign recordings.
         other_frames: Stream -> messages whose frame id is not that of the first.
-        late: Stream, or topic of transforms -> messages logged at other times than their stamps say.
+        late: Stream -> how its messages were logged at other times than their stamps say.
         other_cameras: Image stream -> messages of CameraInfo that differ from the first, if there are any.
         besides: Topic and what its messages say beside the stream -> how many do.
 
@@ -98,7 +97,9 @@ def gather(
         try:
             collectors[message.channel.id].add(message)
         except InputError:
-            with named(message.channel, message.log_time):
+            with named(
+                message.channel, None if message.channel.id in signal_collectors else message.log_time
+            ):
                 raise
     for batch in () if stamps else recording.batches(wanted):
         with named(batch.channel, None):
@@ -126,10 +127,6 @@ def _take_results(result: Gathered, resolution: Resolution, collectors: Mapping[
             result.other_frames[stream] = collector.other_frames
             result.late[stream] = collector.late
             result.besides.update({(channel.topic, what): n for what, n in collector.besides.items()})
-    for channel in resolution.transforms:
-        collector = collectors.get(channel.id)
-        if isinstance(collector, TransformCollector) and channel.topic != TF_STATIC_TOPIC:
-            result.late[channel.topic] = collector.late  # stamps of what is static say nothing
     for stream, channel in resolution.infos.items():
         collector = collectors.get(channel.id)
         if isinstance(collector, ConstantCollector) and collector.others:

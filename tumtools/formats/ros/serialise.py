@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.formats.ros import messages
-from tumtools.images.codec import canonical, pixels_of, png_of
-from tumtools.images.depth import to_metres
+from tumtools.images.codec import canonical, in_metres, pixels_of, png_of
 from tumtools.model.image import ENCODINGS, Image
 from tumtools.model.time import split_stamp
 
@@ -136,11 +135,10 @@ def _stamped(message: bytes, encoding: MessageEncoding, stamp: int, row: int) ->
 
 
 def _pixels(image: Image, wanted: str) -> tuple[npt.NDArray[np.generic], str]:
-    pixels = pixels_of(image)
     if image.depth_units_per_metre is not None:
-        if wanted == "32FC1" and image.encoding != "32FC1":
-            return to_metres(pixels.astype(np.uint16, copy=False), image.depth_units_per_metre), "32FC1"
-        return pixels, image.encoding
+        image = in_metres(image) if wanted == "32FC1" else image
+        return pixels_of(image), image.encoding
+    pixels = pixels_of(image)
     name = _COLOUR_ENCODINGS.get(wanted, {}).get(image.encoding, image.encoding)
     if name != image.encoding:
         # Swapping is its own inverse, so this makes either order of the other.

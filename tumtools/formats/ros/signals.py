@@ -72,14 +72,6 @@ def transforms_in(part: Columns) -> Iterator[tuple[str, str, Trajectory]]:
         )
 
 
-def first_stamps(part: Columns) -> npt.NDArray[np.int64] | None:
-    """Return the stamps of messages, or of the first of the transforms in each, in nanoseconds, if any."""
-    for header in ("header", "transforms.0.header"):
-        if f"{header}.stamp.sec" in part.numbers and f"{header}.stamp.nanosec" in part.numbers:
-            return stamps_of(part, header)
-    return None
-
-
 def stamps_of(part: Columns, header: str) -> npt.NDArray[np.int64]:
     """Return header stamps in nanoseconds, shape [n].
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import UsageError
+from tumtools.formats.ros.besides import Lateness, late_losses, lateness
 from tumtools.formats.ros.signals import transforms_in
 from tumtools.model.sequence import Loss
 from tumtools.model.signals import Trajectory
@@ -39,10 +40,12 @@ class TransformTree:
 
     def __init__(self) -> None:
         self._parts: defaultdict[Edge, list[Trajectory]] = defaultdict(list)
+        self._late: defaultdict[Edge, Lateness] = defaultdict(Lateness)
 
-    def add(self, part: Columns) -> None:
+    def add(self, part: Columns, log_times: npt.NDArray[np.int64]) -> None:
         """Add the transforms of decoded messages; what is not finite is left out."""
         for parent, child, found in transforms_in(part):
+            self._late[parent.lstrip("/"), child.lstrip("/")] += lateness(log_times, found.stamps)
             usable = np.flatnonzero(np.isfinite(found.values).all(axis=1) & found.quaternions.any(axis=1))
             if len(usable):
                 self._parts[parent.lstrip("/"), child.lstrip("/")].append(found.take(usable))
@@ -60,6 +63,13 @@ class TransformTree:
     def moving(self) -> list[Edge]:
         """Return the edges whose transform changes."""
         return [edge for edge, one in self.edges.items() if not _is_constant(one)]
+
+    def late(self, path: list[Edge]) -> Lateness:
+        """Return how the moving transforms of a path were logged at other times than their stamps say.
+
+        Stamps of what stands still say nothing.
+        """
+        return sum((self._late[edge] for edge in self.moving() if edge in path), Lateness())
 
     def path(self, child: str, root: str | None = None) -> list[Edge]:
         """Return the edges from a root down to a frame.
@@ -215,6 +225,7 @@ def losses_of_path(tree: TransformTree, path: list[Edge], left_out: int) -> Iter
         left_out: Samples that `TransformTree.compose` left out.
 
     """
+    yield from late_losses("groundtruth", tree.late(path))
     if left_out:
         why = f"not all of {way_of(path)} is known at their time"
         yield Loss("groundtruth", "poses not carried over", left_out, why)

@@ -89,7 +89,8 @@ def write_bag(
     infos: list[_ChunkInfo] = []
     pack = partial(_pack, compression=compression)
     chunks = _chunks(connections, messages)
-    for chunk, payload in ordered_map(pack, chunks, jobs if compression != "none" else 1):
+    threads = jobs if compression != "none" else 1
+    for chunk, payload in ordered_map(pack, chunks, threads, window=2 * threads):
         infos.append(_write_chunk(file, chunk, payload, compression))
         progress(chunk.frames, chunk.size)
     index_at = file.tell()

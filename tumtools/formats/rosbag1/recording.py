@@ -14,14 +14,15 @@ import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.metadata import parse_object
-from tumtools.formats.ros.batches import Batch, in_batches
+from tumtools.formats.ros.batches import BATCH, Batch, in_batches
 from tumtools.formats.ros.kept import left_out
 from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
 from tumtools.formats.ros.messages import STRING
 from tumtools.formats.ros.pages import Pages
 from tumtools.formats.ros.recording import Channel, RawMessage, Recording
+from tumtools.formats.rosbag1.heads import find_messages
 from tumtools.formats.rosbag1.index import read_index
-from tumtools.formats.rosbag1.records import Block, find_message, find_messages
+from tumtools.formats.rosbag1.records import Block, find_message
 from tumtools.images.parallel import ordered_map
 from tumtools.model.sequence import Loss
 
@@ -82,36 +83,41 @@ class BagRecording(Recording):
         entries = self._select(channels, start, end)
         with closing(_Contents(self._file, self._index.chunks, entries["chunk"])) as contents:
             for time, chunk, offset, number in entries.tolist():
-                block = contents[chunk]
-                yield RawMessage(self._channel_of[number], time, find_message(block, offset, number, time))
+                data = find_message(contents[chunk], offset, number, time)
+                yield RawMessage(self._channel_of[number], time, data)
 
     def batches(self, channels: Collection[Channel]) -> Iterator[Batch]:
-        """Yield small messages many at a time; those of each channel in order of log time."""
+        """Yield small messages many at a time; those of each channel in order of log time.
+
+        Raises:
+            InputError: As `messages`.
+
+        """
         entries = self._select(channels, None, None)
         starts = np.flatnonzero(np.diff(entries["chunk"], prepend=-1))
         with closing(_Contents(self._file, self._index.chunks, entries["chunk"])) as contents:
             for part in np.split(entries, starts[1:]) if len(entries) else ():
                 block = contents[int(part["chunk"][0])]
-                yield from self._batches_of(block, part)
+                for first in range(0, len(part), BATCH):
+                    yield from self._batches_of(block, part[first : first + BATCH])
 
     def _batches_of(self, block: Block, entries: npt.NDArray[np.void]) -> Iterator[Batch]:
         """Yield the messages that some entries name in one chunk."""
         times, offsets, numbers = entries["time"], entries["offset"].astype(np.int64), entries["connection"]
         places = find_messages(block, offsets, numbers, times)
         if places is None:
-            yield from in_batches(self._messages_of(block, entries))
+            yield from in_batches(
+                RawMessage(self._channel_of[number], time, find_message(block, offset, number, time))
+                for time, _, offset, number in entries.tolist()
+            )
             return
-        data = np.frombuffer(block.data, np.uint8)
-        channels = {self._channel_of[number].id: self._channel_of[number] for number in set(numbers.tolist())}
-        for channel in channels.values():
-            own = np.array([number for number, one in self._channel_of.items() if one is channel], np.uint32)
-            rows = np.flatnonzero(np.isin(numbers, own))
-            yield Batch(channel, times[rows], data, places[0][rows], places[1][rows])
-
-    def _messages_of(self, block: Block, entries: npt.NDArray[np.void]) -> Iterator[RawMessage]:
-        """Yield the messages that some entries name in one chunk, one by one."""
-        for time, _, offset, number in entries.tolist():
-            yield RawMessage(self._channel_of[number], time, find_message(block, offset, number, time))
+        data, (starts, lengths) = np.frombuffer(block.data, np.uint8), places
+        known, inverse = np.unique(numbers, return_inverse=True)
+        channels = [self._channel_of[number] for number in known.tolist()]
+        ids = np.array([channel.id for channel in channels])[inverse]
+        for channel in {channel.id: channel for channel in channels}.values():
+            rows = np.flatnonzero(ids == channel.id)
+            yield Batch(channel, times[rows], data, starts[rows], lengths[rows])
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
         """Return the log times of a channel, from the index."""
@@ -236,7 +242,7 @@ class _Contents:
         numbers, first = np.unique(visits, return_index=True)
         order: list[int] = numbers[np.argsort(first)].tolist()
         self._next = deque(number for number in order if chunks[number].compression != "none")
-        self._ahead = ordered_map(self._load, tuple(self._next), _THREADS)
+        self._ahead = ordered_map(self._load, tuple(self._next), _THREADS, window=2 * _THREADS)
 
     def __getitem__(self, number: int) -> Block:
         block = self._kept.get(number)

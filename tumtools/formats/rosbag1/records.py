@@ -9,15 +9,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-import numpy as np
-
 from tumtools.errors import InputError, UnsupportedInputError
-from tumtools.formats.ros.batches import cut
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    import numpy.typing as npt
+    from collections.abc import Callable, Mapping
 
 MAGIC: Final = b"#ROSBAG V2.0\n"
 BAG_HEADER_SIZE: Final = 4096
@@ -175,49 +170,11 @@ def find_message(block: Block, offset: int, connection: int, time: int) -> memor
         InputError: It is not there, or cut short.
 
     """
-    head = bytes(block.data[offset : offset + _MESSAGE_HEAD])
-    if head in _message_heads(connection, time):
-        start, length = _sized(block, offset + _MESSAGE_HEAD, "data")
-        return block.data[start : start + length]
     record = read_record(block, offset)
     found = record.op == Op.MESSAGE and (record.number(b"conn", 4), record.time(b"time"))
     if found != (connection, time):
         raise block.damage(f"the index says that a message of connection {connection} is here", offset)
     return record.data
-
-
-def _message_heads(connection: int, time: int) -> Iterator[bytes]:
-    """Yield the headers of a message in the orders of fields that writers have: ours, C++'s and Python's."""
-    conn, at = _CONN + encode_number(connection), _AT + encode_time(time)
-    yield _HEAD + conn + at + _OP
-    yield _HEAD + conn + _OP + at
-    yield _HEAD + _OP + conn + at
-
-
-def find_messages(
-    block: Block,
-    offsets: npt.NDArray[np.int64],
-    connections: npt.NDArray[np.uint32],
-    times: npt.NDArray[np.int64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]] | None:
-    """Return where the data of messages begins and how long it is, if all have headers such as ours."""
-    data, size = np.frombuffer(block.data, np.uint8), _MESSAGE_HEAD + _LENGTH.size
-    if offsets.max(initial=0) > len(data) - size:
-        return None
-    found = cut(data, offsets, size)
-    expected = np.tile(
-        np.frombuffer(b"".join([_HEAD, _CONN, bytes(4), _AT, bytes(8), _OP]), np.uint8), (len(offsets), 1)
-    )
-    at = len(_HEAD) + len(_CONN)
-    expected[:, at : at + 4] = connections.astype("<u4").view(np.uint8).reshape(-1, 4)
-    at += 4 + len(_AT)
-    seconds_and_rest = np.stack(np.divmod(times, 1_000_000_000), axis=1).astype("<u4")
-    expected[:, at : at + 8] = seconds_and_rest.view(np.uint8)
-    if not np.array_equal(found[:, :_MESSAGE_HEAD], expected):
-        return None
-    lengths = np.ascontiguousarray(found[:, _MESSAGE_HEAD:]).view("<u4")[:, 0].astype(np.int64)
-    starts = offsets + size
-    return (starts, lengths) if (starts + lengths).max(initial=0) <= len(data) else None
 
 
 def read_record(block: Block, offset: int, *, cut: bool = False) -> Record:
@@ -277,10 +234,3 @@ def encode_number(value: int, size: int = 4) -> bytes:
 def encode_time(stamp: int) -> bytes:
     """Encode nanoseconds as a ROS time."""
     return _TIME.pack(*divmod(stamp, 1_000_000_000))
-
-
-_CONN, _AT = (encode_fields({name: bytes(size)})[:-size] for name, size in ((b"conn", 4), (b"time", 8)))
-_OP = encode_fields({b"op": bytes([Op.MESSAGE])})
-_HEAD = _LENGTH.pack(len(_CONN) + 4 + len(_AT) + 8 + len(_OP))
-_MESSAGE_HEAD: Final = _LENGTH.size + int.from_bytes(_HEAD, "little")
-"""Bytes of the header of a message, its length included."""

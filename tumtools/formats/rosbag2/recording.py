@@ -156,13 +156,21 @@ class Rosbag2Recording(Recording):
             yield RawMessage(wanted[message.channel.id], message.log_time, data)
 
     def batches(self, channels: Collection[Channel]) -> Iterator[Batch]:
-        """Yield small messages many at a time; those of each channel in order of log time."""
-        if len(self._parts) != 1 or self._by_message:
-            yield from in_batches(self.messages(channels))
+        """Yield small messages many at a time; those of each channel in order of log time.
+
+        Raises:
+            InputError: As `messages`.
+
+        """
+        merged = (
+            {channel.id: channel for channel in self._places[0].values()} if len(self._parts) == 1 else {}
+        )
+        if self._by_message or not merged or len(merged) < len(self._places[0]):
+            yield from in_batches(self.messages(channels))  # what is merged has to be put into order
             return
         ids = {channel.id for channel in channels}
         own = {channel: self._places[0][channel.id] for channel in self._parts[0].channels}
-        for batch in self._parts[0].batches([channel for channel, merged in own.items() if merged.id in ids]):
+        for batch in self._parts[0].batches([channel for channel, one in own.items() if one.id in ids]):
             yield replace(batch, channel=own[batch.channel])
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:

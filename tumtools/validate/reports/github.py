@@ -21,7 +21,9 @@ _COMMANDS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severi
 def render(report: Report) -> str:
     """Render a command a finding, and a verdict a source."""
     lines = [_command(result, finding) for result in report.results for finding in result.findings]
-    lines += [f"{printable(result.source)}: {verdict(result, report.fail_on)}" for result in report.results]
+    lines += [
+        f"source {printable(result.source)}: {verdict(result, report.fail_on)}" for result in report.results
+    ]
     return "".join(f"{line}\n" for line in lines)
 
 

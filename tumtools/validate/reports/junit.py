@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from tumtools import __version__
+from tumtools.printable import printable
 from tumtools.validate.rules import RULES
 
 if TYPE_CHECKING:
@@ -69,5 +70,5 @@ def _line(finding: Finding) -> str:
 
 
 def _clean(text: str) -> str:
-    """Replace what XML cannot hold."""
-    return _NOT_XML.sub("?", text)
+    """Replace what XML cannot hold, and what a terminal would obey."""
+    return _NOT_XML.sub("?", "\n".join(map(printable, text.split("\n"))))

@@ -214,16 +214,22 @@ def test_a_result_that_cannot_be_read_is_a_bug_and_no_damaged_input(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.fixture
-def wrong_metres(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Metres that are off by one bit, wherever they are made."""
+def _one_bit_off(metres: np.ndarray) -> np.ndarray:
+    return np.nextafter(metres, np.float32(99))
 
-    def wrong(counts: np.ndarray, units_per_metre: float) -> np.ndarray:
-        return np.nextafter(right(counts, units_per_metre), np.float32(99))
 
+def _one_pixel_off(metres: np.ndarray) -> np.ndarray:
+    if metres.ndim == 2:  # an image, and not the list of all counts
+        metres[0, 0] = 0.5
+    return metres
+
+
+@pytest.fixture(params=[_one_bit_off, _one_pixel_off])
+def wrong_metres(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Metres that are wrong wherever they are made."""
     right = depth.to_metres
     for module in (depth, codec):
-        monkeypatch.setattr(module, "to_metres", wrong)
+        monkeypatch.setattr(module, "to_metres", lambda counts, units: request.param(right(counts, units)))
     depth.is_reversible.cache_clear()
     yield
     depth.is_reversible.cache_clear()

@@ -18,7 +18,7 @@ from isal import isal_zlib
 from tumtools.digest import canonical_pixels
 from tumtools.formats.options import Needs
 from tumtools.images.codec import in_metres, pixels_of
-from tumtools.images.depth import is_reversible
+from tumtools.images.depth import is_reversible, nearest_counts
 from tumtools.kept_digest import Noted, image_digest, is_hashed_as_file
 from tumtools.model.sequence import Frame, Sequence
 
@@ -108,10 +108,17 @@ def _crc(pixels: npt.NDArray[np.generic]) -> int:
     return isal_zlib.crc32(np.ascontiguousarray(pixels).reshape(-1).view(np.uint8).data)
 
 
-def _may_be_metres(image: Image) -> bool:
-    """Tell whether an image has counts of depth that all come back from the metres that are made of them."""
+def _in_metres(image: Image) -> Image:
+    """Return counts of depth in metres; the image itself if they could not be told from what it says.
+
+    All counts come back from their metres, bit for bit, and each pixel has the metres of its own count.
+    """
     units = image.depth_units_per_metre
-    return units is not None and image.encoding != "32FC1" and is_reversible(units)
+    if units is None or image.encoding == "32FC1" or not is_reversible(units):
+        return image
+    result = in_metres(image)
+    back = nearest_counts(pixels_of(result).astype(np.float32, copy=False), units)
+    return result if np.array_equal(back, pixels_of(image)) else image
 
 
 class Recorded(Sequence):
@@ -157,12 +164,11 @@ class Recorded(Sequence):
         if self._noted is not None:
             of: Kind = "files" if image.pixels is None and is_hashed_as_file(image) else "pixels"
             self._noted.add(frame, of, image_digest(image, of))
-        if self._needs.metres and _may_be_metres(image):
-            image = in_metres(image)
-            # They lie in the result as they are, and nothing canonical is needed to find them there.
-            seen = Fingerprint(pixels=_mark_of_pixels(image, pixels_of(image)))
-        else:
-            seen = fingerprint(image)
+        given = image
+        image = _in_metres(given) if self._needs.metres else given
+        # Metres lie in the result as they are, and nothing canonical is needed to find them there.
+        metres = image is not given
+        seen = Fingerprint(pixels=_mark_of_pixels(image, pixels_of(image))) if metres else fingerprint(image)
         # A dict is safe to fill from several threads.
         self.fingerprints[frame.stream, frame.row] = seen
         return image

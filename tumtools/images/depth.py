@@ -132,26 +132,30 @@ def count_levels(counts: npt.NDArray[np.uint16]) -> npt.NDArray[np.int64]:
     return found
 
 
+def nearest_counts(metres: npt.NDArray[np.float32], units_per_metre: float) -> npt.NDArray[np.uint16]:
+    """Return the nearest count of each value that is that of a count, 0 for our NaN, and anything for others.
+
+    The product in float32 is off by less than 0.01. The sum with 2^23 rounds to the nearest whole number and
+    leaves it in the lowest bits (IEEE 754), whatever the processor. Any shape, C-contiguous.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        rounded = np.multiply(metres, np.float32(units_per_metre))
+        rounded += _TO_LOWEST_BITS
+    return rounded.view(np.uint32).astype(np.uint16)  # the lower half of the bits
+
+
 def exact_counts(
     metres: npt.NDArray[np.float32], units_per_metre: float, *, nan: bool = True
 ) -> npt.NDArray[np.uint16] | None:
     """Return the counts if each value is exactly that of a count, or NaN if that may stand for 0; else None.
 
-    The product in float32 is off by less than 0.01, so the nearest count is right where there is an exact
-    one; whether it is exact is told by going back. The sum with 2^23 rounds to the nearest whole number and
-    leaves it in the lowest bits (IEEE 754), whatever the processor; of other values anything is left, which
-    is told in the same way. Done in blocks, so that all of it happens in the cache.
+    Whether the nearest count is the right one is told by going back. Done in blocks, to take little memory.
     """
     flat = np.ascontiguousarray(metres).reshape(-1)
     counts = np.empty(flat.shape, np.uint16)
-    buffer = np.empty(min(flat.size, _LARGE_BLOCK), np.float32)
     for start in range(0, flat.size, _LARGE_BLOCK):
         values, found = flat[start : start + _LARGE_BLOCK], counts[start : start + _LARGE_BLOCK]
-        rounded = buffer[: values.size]
-        with np.errstate(invalid="ignore", over="ignore"):
-            np.multiply(values, np.float32(units_per_metre), out=rounded)
-            np.add(rounded, _TO_LOWEST_BITS, out=rounded)
-        found[:] = rounded.view(np.uint32)  # the lower half of the bits
+        found[:] = nearest_counts(values, units_per_metre)
         exact = divided(found, units_per_metre) == values
         if not exact.all():
             if not nan:

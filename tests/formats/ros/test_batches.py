@@ -188,6 +188,43 @@ def test_a_message_index_that_is_wrong_is_named(
             list(read([channel]))
 
 
+def test_a_message_index_that_names_a_message_twice_is_refused(tmp_path: Path) -> None:
+    recording = _written(tmp_path / "out.mcap", "mcap")
+    assert isinstance(recording, McapRecording)
+    channel = next(one for one in recording.channels if one.topic == "/imu")
+    first = recording._file.chunks[0].index[channel.id] + 15
+    data = (tmp_path / "out.mcap").read_bytes()
+    (tmp_path / "out.mcap").write_bytes(data[: first + 16] + data[first : first + 16] + data[first + 32 :])
+    with pytest.raises(InputError, match=r"the message index names the message at .* twice"):
+        McapRecording(tmp_path / "out.mcap")
+    salvaged = McapRecording(tmp_path / "out.mcap", salvage=True)
+    assert _rows(salvaged.messages([channel])) == _rows(recording.messages([channel]))
+
+
+def test_a_message_index_that_names_a_message_of_another_channel_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = _written(tmp_path / "out.mcap", "mcap")
+    assert isinstance(recording, McapRecording)
+    wanted = _signals(recording)
+    imu, pose = (next(one.id for one in wanted if one.topic == topic) for topic in ("/imu", "/tf"))
+    monkeypatch.setitem(recording._index, imu, recording._index[pose])
+    for read in (recording.batches, recording.messages):
+        with pytest.raises(InputError, match=f"it says channel {imu} and .* which is of channel {pose}"):
+            list(read(wanted))
+
+
+@pytest.mark.parametrize("size", [64, 4096])
+def test_messages_in_many_small_chunks_are_found_too(size: int, tmp_path: Path) -> None:
+    with Foreign(tmp_path / "x.mcap", writer={"chunk_size": size}) as file:
+        for number in range(40):
+            file.imu(START + number, float(number))
+            file.pose(START + number, float(number))
+    recording = McapRecording(tmp_path / "x.mcap")
+    expected = _by_topic(_rows(recording.messages(recording.channels)))
+    assert _by_topic(_rows_of(recording.batches(recording.channels))) == expected
+
+
 @pytest.mark.parametrize("case", ["mcap", "rosbag1"])
 def test_a_message_that_an_index_names_again_and_again_is_not_copied_as_often(
     case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

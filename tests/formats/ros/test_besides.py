@@ -14,6 +14,7 @@ from tests.formats.ros.published import MS, START, T, header, write_messages
 from tests.memory import Memory, accelerometer, groundtruth
 from tumtools.convert import ConvertOptions, convert
 from tumtools.errors import LossRefusedError
+from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.options import ReadOptions, WriteOptions
 from tumtools.formats.registry import FORMATS
 from tumtools.formats.ros import messages
@@ -285,3 +286,28 @@ def test_real_recordings_say_more(real_data: Path) -> None:
     }
     found = losses(real_data / "bags" / "evo" / "nav2_turtlebot.mcap", groundtruth="/amcl_pose")
     assert found["/amcl_pose", COVARIANCES] == 135
+
+
+@pytest.mark.parametrize("poses", ["tf", "both"])
+def test_transforms_that_others_added_to_a_recording_of_ours_are_told(poses: str, tmp_path: Path) -> None:
+    given = Memory({}, groundtruth=groundtruth(START, START + 1, START + 2))
+    convert(given, tmp_path / "ours.mcap", "mcap", WriteOptions(groundtruth=poses))
+    assert losses(tmp_path / "ours.mcap") == {}
+    ours = McapRecording(tmp_path / "ours.mcap")
+    with Foreign(tmp_path / "x.mcap") as file:
+        file.library.add_metadata("tumtools", dict(ours.metadata or {}))
+        for message in ours.messages(ours.channels):
+            number = file.channel(message.channel.topic, message.channel.type)
+            file.library.add_message(number, message.log_time, bytes(message.data), message.log_time)
+        for number in range(2):
+            moved = {"translation": ZERO, "rotation": ONE}
+            named = {
+                "header": file.header(START + number, "odom"),
+                "child_frame_id": "base",
+                "transform": moved,
+            }
+            file.write("/tf", messages.TF_MESSAGE, START + number, transforms=[named])
+    assert losses(tmp_path / "x.mcap") == {("/tf", "transforms not carried over"): 2}
+    with open_source(tmp_path / "x.mcap") as sequence:
+        assert sequence.groundtruth is not None
+        assert len(sequence.groundtruth) == 3

@@ -253,6 +253,18 @@ def test_an_index_that_points_behind_its_chunk_is_named(tmp_path: Path, compress
     assert error.value.location == f"offset {record}"
 
 
+def test_an_index_that_names_a_message_twice_is_refused(tmp_path: Path) -> None:
+    bag = bag_bytes(SMALL)
+    file = Block("a.bag", memoryview(bag))
+    entries = bytes(read_record(file, read_index(file).chunks[-1].end).data)
+    assert len(entries) > 12
+    path = tmp_path / "a.bag"
+    path.write_bytes(_with_entry(bag, entries[:12], 12)[0])
+    with pytest.raises(InputError, match=r"the index names the message at .* twice"):
+        BagRecording(path)
+    assert len(read(path, salvage=True)) == len(SMALL)
+
+
 @pytest.mark.parametrize("salvage", [False, True])
 def test_an_index_with_a_time_that_is_none_is_damage(tmp_path: Path, salvage: bool) -> None:
     bag, _ = _with_entry(bag_bytes(SMALL), b"\xff" * 8, 0)

@@ -15,7 +15,7 @@ from tumtools.errors import InputError
 from tumtools.formats.mcap.file import LOOSE, McapFile
 from tumtools.formats.mcap.records import CHUNK_HEADER, INDEX_ENTRY, MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
-from tumtools.formats.ros.batches import BATCH, Batch, in_batches, rows_at
+from tumtools.formats.ros.batches import BATCH, Batch, in_batches, is_interleaved, rows_at
 from tumtools.formats.ros.definitions import full_name
 from tumtools.formats.ros.qos import is_latched
 from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
@@ -49,8 +49,6 @@ _HEADS: Final = np.dtype(
 """The same as columns."""
 _INDEX_HEAD: Final = struct.Struct("<BQHI")
 """Head of a message index: the record's, the channel, bytes of entries."""
-_CHANNELS: Final = 2**16
-"""Numbers that a channel can have."""
 _NO_CHUNK: Final = LOOSE - 1
 _MESSAGE: Final = int(Op.MESSAGE)
 _NO_ENTRIES: Final = np.empty((0, 3), np.int64)
@@ -132,11 +130,24 @@ class McapRecording(Recording):
         """Return log time, chunk and offset of the messages of each channel, shape [n, 3], in order."""
         try:
             index = self._gather_index()
+            self._check_places(index)
             self._file.check_counts({channel: len(entries) for channel, entries in index.items()})
         except InputError as error:
             self._file.read_without_index(error)
             return self._gather_index()
         return index
+
+    def _check_places(self, index: Mapping[int, npt.NDArray[np.int64]]) -> None:
+        """Refuse an index that names one message twice, in place of another: no checksum covers it."""
+        places = np.concatenate([_NO_ENTRIES, *index.values()])[:, 1:]
+        places = places[np.lexsort((places[:, 1], places[:, 0]))]
+        twice = np.flatnonzero((places[1:] == places[:-1]).all(axis=1))
+        if len(twice):
+            chunk, offset = places[twice[0]].tolist()
+            message = f"the message index names the message at {offset} of this chunk twice"
+            raise self._wrong(
+                chunk, message, offset, "the file is damaged; --salvage reads it without its index"
+            )
 
     def _gather_index(self) -> dict[int, npt.NDArray[np.int64]]:
         if self._file.scanned:
@@ -204,35 +215,40 @@ class McapRecording(Recording):
 
         """
         by_id = {channel.id: channel for channel in channels}
-        wanted = np.zeros(_CHANNELS, bool)
-        wanted[[*by_id]] = True
-        for chunk, records, part in self._parts(self._entries(by_id)):
-            times, offsets, data = part[:, 0], part[:, 2], np.frombuffer(records, np.uint8)
+        entries = self._entries(by_id)
+        if is_interleaved(entries[:, 1]):
+            yield from in_batches(self.messages(channels))
+            return
+        for chunk, records, part in self._parts(entries):
+            data = np.frombuffer(records, np.uint8)
             # What is in no chunk may lie far apart, so its pages are given back message by message.
-            heads = None if chunk == LOOSE else _heads(data, times, offsets, wanted)
+            heads = None if chunk == LOOSE else _heads(data, part)
             if heads is None:
                 yield from in_batches(self._messages_of(chunk, records, part, by_id))
                 continue
             lengths = heads["length"].astype(np.int64) - MESSAGE_HEADER.size
             for number, channel in by_id.items():
-                own = np.flatnonzero(heads["channel"] == number)
+                own = np.flatnonzero(part[:, 3] == number)
                 if len(own):
-                    yield Batch(channel, times[own], data, offsets[own] + _HEAD.size, lengths[own])
+                    starts = part[own, 2] + _HEAD.size
+                    yield Batch(channel, part[own, 0], data, starts, lengths[own])
 
     def _messages_of(
         self, chunk: int, records: memoryview, part: npt.NDArray[np.int64], by_id: Mapping[int, Channel]
     ) -> Iterator[RawMessage]:
         """Yield the messages that some entries name in one chunk."""
-        for time, _, offset in part.tolist():
-            channel, data = self._message(chunk, records, offset, time, by_id)
+        for time, _, offset, channel in part.tolist():
+            data = self._message(chunk, records, offset, time, channel)
             if chunk == LOOSE:
                 self._file.pages.read(offset, len(data))
             yield RawMessage(by_id[channel], time, data)
 
     def _entries(self, channels: Collection[int]) -> npt.NDArray[np.int64]:
-        """Return log time, chunk and offset of the messages of some channels, in order."""
-        parts = [self._index[number] for number in channels if number in self._index]
-        return _sorted(np.concatenate(parts)) if parts else _NO_ENTRIES
+        """Return log time, chunk, offset and channel of the messages of some channels, in order."""
+        parts = [
+            np.insert(self._index[number], 3, number, axis=1) for number in channels if number in self._index
+        ]
+        return _sorted(np.concatenate(parts)) if parts else np.empty((0, 4), np.int64)
 
     def _parts(
         self, entries: npt.NDArray[np.int64]
@@ -247,25 +263,23 @@ class McapRecording(Recording):
             for first in range(0, len(part), BATCH):
                 yield chunk, records, part[first : first + BATCH]
 
-    def _message(
-        self, chunk: int, records: memoryview, offset: int, time: int, wanted: Collection[int]
-    ) -> tuple[int, memoryview]:
-        """Return the channel and the data of the message that the index names at an offset of a chunk."""
+    def _message(self, chunk: int, records: memoryview, offset: int, time: int, channel: int) -> memoryview:
+        """Return the data of the message that the index names at an offset of a chunk."""
         if not 0 <= offset <= len(records) - _HEAD.size:
             raise self._wrong(chunk, f"the index names a message at {offset}, outside of the chunk", offset)
-        op, length, channel, _, recorded, _ = _HEAD.unpack_from(records, offset)
+        op, length, found, _, recorded, _ = _HEAD.unpack_from(records, offset)
         end = offset + RECORD_HEADER.size + length
         if op != _MESSAGE or length < MESSAGE_HEADER.size or end > len(records):
             message = f"the index names a message at {offset} where there is none"
             raise self._wrong(chunk, message, offset)
-        if channel not in wanted or recorded != time:
+        if found != channel or recorded != time:
             # No checksum covers an index of messages.
             message = (
-                f"the message index is wrong: it says {time} ns for the message at {offset} of this "
-                f"chunk, which is of channel {channel} and says {recorded} ns"
+                f"the message index is wrong: it says channel {channel} and {time} ns for the message at "
+                f"{offset} of this chunk, which is of channel {found} and says {recorded} ns"
             )
             raise self._wrong(chunk, message, offset, "the file is damaged; get it again")
-        return channel, records[offset + _HEAD.size : end]
+        return records[offset + _HEAD.size : end]
 
     def _wrong(self, chunk: int, message: str, offset: int, hint: str | None = None) -> InputError:
         """Return an error of the index of a chunk; its offset is that of the chunk if there is one."""
@@ -313,12 +327,7 @@ class McapRecording(Recording):
             self._chunks.clear()
 
 
-def _heads(
-    data: npt.NDArray[np.uint8],
-    times: npt.NDArray[np.int64],
-    offsets: npt.NDArray[np.int64],
-    wanted: npt.NDArray[np.bool_],
-) -> npt.NDArray[np.void] | None:
+def _heads(data: npt.NDArray[np.uint8], entries: npt.NDArray[np.int64]) -> npt.NDArray[np.void] | None:
     """Return the heads of the messages that an index names, shape [n]; None if one of them is wrong.
 
     None also if they have more bytes than there are: one that is named again and again would be copied as
@@ -326,17 +335,16 @@ def _heads(
 
     Args:
         data: The records of a chunk.
-        times: What the index says of their log times.
-        offsets: Where it says that they are.
-        wanted: Of each number that a channel can have, whether it may be theirs.
+        entries: Log time, chunk, offset and channel, shape [n, 4].
 
     """
+    times, offsets, channels = entries[:, 0], entries[:, 2], entries[:, 3]
     if offsets.min() < 0 or offsets.max() > len(data) - _HEAD.size:
         return None
     heads = rows_at(data, offsets, _HEAD.size).view(_HEADS)[:, 0]
     room = (len(data) - RECORD_HEADER.size - offsets).astype(np.uint64)
-    right = (heads["op"] == _MESSAGE) & (heads["recorded"] == times)
-    right &= wanted[heads["channel"]] & (heads["length"] >= MESSAGE_HEADER.size) & (heads["length"] <= room)
+    right = (heads["op"] == _MESSAGE) & (heads["recorded"] == times) & (heads["channel"] == channels)
+    right &= (heads["length"] >= MESSAGE_HEADER.size) & (heads["length"] <= room)
     return heads if right.all() and int(heads["length"].sum()) <= len(data) else None
 
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 BATCH: Final = 2048
 """Messages that are worked on at a time at the most."""
+_ROWS_OF_A_PLACE: Final = 6
+"""Fewer messages are faster found one by one."""
 BATCH_BYTES: Final = 2**24
 """Bytes of copies that are held for it: an index may name a large message again and again."""
 
@@ -83,6 +85,11 @@ def in_batches(messages: Iterable[RawMessage]) -> Iterator[Batch]:
         if own.is_enough:
             yield own.take()
     yield from (own.take() for own in copies.values() if len(own))
+
+
+def is_interleaved(chunks: npt.NDArray[np.integer]) -> bool:
+    """Tell whether messages, whose chunks these are, lie too much apart to gain by being taken together."""
+    return len(chunks) < _ROWS_OF_A_PLACE * (1 + int(np.count_nonzero(np.diff(chunks))))
 
 
 def rows_at(data: npt.NDArray[np.uint8], starts: npt.NDArray[np.int64], length: int) -> npt.NDArray[np.uint8]:

@@ -10,25 +10,30 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from tumtools.formats.ros.layouts import TF_TOPIC
 from tumtools.model.sequence import Loss
 from tumtools.model.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     import numpy.typing as npt
 
     from tumtools.formats.ros.codec import Columns, Message
     from tumtools.formats.ros.gather import Gathered
+    from tumtools.formats.ros.recording import Channel, Recording
+    from tumtools.model.signals import Trajectory
 
 _INERTIAL: Final = "inertial values besides acceleration"
 _COVARIANCES: Final = "covariances"
 _VELOCITIES: Final = "velocities"
 _CHILD_FRAMES: Final = "child frame ids"
+TRANSFORMS: Final = "transforms not carried over"
 _WHY: Final = {
     _INERTIAL: "a sequence has no stream for it",
     _COVARIANCES: "a sequence has no place for uncertainties",
     _VELOCITIES: "a sequence has no stream for it",
+    TRANSFORMS: "a sequence has one trajectory; these are of other frames",
     _CHILD_FRAMES: "the poses of a sequence are those of its colour camera",
 }
 _UNKNOWN: Final = -1.0
@@ -66,6 +71,16 @@ class Lateness:
 
     def __add__(self, other: Lateness) -> Lateness:
         return Lateness(self.count + other.count, max(self.largest, other.largest))
+
+
+def added_transforms(
+    recording: Recording, used: Collection[Channel], groundtruth: Trajectory | None
+) -> Iterator[Loss]:
+    """Yield transforms that a recording of ours has besides those of its poses, which we wrote as well."""
+    poses = 0 if groundtruth is None else len(groundtruth)
+    for channel in recording.channels:
+        if channel.topic == TF_TOPIC and channel not in used and (channel.count or 0) > poses:
+            yield Loss(channel.topic, TRANSFORMS, (channel.count or 0) - poses, _WHY[TRANSFORMS])
 
 
 def late_losses(stream: str, late: Lateness) -> Iterator[Loss]:

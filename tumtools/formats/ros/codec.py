@@ -126,7 +126,8 @@ class MessageType:
         trace = reader.trace = _Trace()
         message = reader.message(self.name, "")
         same = np.ones(len(table), bool)
-        for start, end in trace.layout:
+        header = [(0, 2)] if self.encoding == "cdr" else []  # says the order of bytes
+        for start, end in header + trace.layout:
             same &= (table[:, start:end] == table[0, start:end]).all(axis=1)
         chosen = table[same]
         numbers = {}

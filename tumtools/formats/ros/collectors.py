@@ -17,7 +17,7 @@ import numpy as np
 from tumtools.errors import InputError
 from tumtools.formats.ros import signals
 from tumtools.formats.ros.batches import BATCH, BATCH_BYTES, Copies, tables
-from tumtools.formats.ros.besides import Lateness, beside_accelerations, beside_poses, lateness
+from tumtools.formats.ros.besides import TRANSFORMS, Lateness, beside_accelerations, beside_poses, lateness
 from tumtools.model.signals import Accelerometer, Trajectory
 from tumtools.model.time import join_stamp
 
@@ -158,8 +158,10 @@ class PoseCollector(Collector):
             found = [(part.texts.get("header.frame_id", ""), signals.poses_in(self._kind.name, part))]
             self.besides += beside_poses(part)
         else:
-            triples = signals.transforms_in(part)
+            triples = list(signals.transforms_in(part))
             found = [(parent, poses) for parent, child, poses in triples if child in self._bodies]
+            others = [poses for _, child, poses in triples if child not in self._bodies]
+            self.besides += Counter({TRANSFORMS: len(part.rows) * len(others)} if others else {})
         for frame_id, poses in found:
             self._note_frame(part, frame_id)
             self._parts.append((part.rows, poses))

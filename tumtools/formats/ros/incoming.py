@@ -16,7 +16,7 @@ from tumtools.errors import InputError, UsageError
 from tumtools.formats import metadata
 from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.ros import signals
-from tumtools.formats.ros.besides import beside_the_streams, has_window
+from tumtools.formats.ros.besides import added_transforms, beside_the_streams, has_window
 from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.collectors import header_stamp
 from tumtools.formats.ros.gather import Gathered, gather
@@ -111,6 +111,8 @@ class RosSequence(Sequence):
         elif "accelerometer" in places:
             self.accelerometer = Accelerometer.empty()
         self.groundtruth = self._groundtruth(found, expected="groundtruth" in places)
+        if self._meta is not None:
+            self._unused += added_transforms(recording, self._channels.values(), self.groundtruth)
         self._images = ImageOrder(
             times, {stream: self._file_rows(stream, times[stream][1]) for stream in times}
         )

@@ -206,6 +206,15 @@ def _entries(file: Block, chunks: list[Chunk], tables: list[_Table]) -> npt.NDAr
         table = tables[int(np.searchsorted(np.cumsum(counts), outside[0], side="right"))]
         size = chunks[table.chunk].size
         raise file.damage(f"an index points behind the end of its chunk ({size} bytes)", table.offset)
+    order = np.lexsort((entries["offset"], entries["chunk"]))
+    places = entries[["chunk", "offset"]][order]
+    twice = np.flatnonzero(places[1:] == places[:-1])
+    if len(twice):
+        chunk, offset = places[twice[0]].tolist()
+        message = (
+            f"the index names the message at {offset} of the chunk at offset {chunks[chunk].offset} twice"
+        )
+        raise file.damage(message, chunks[chunk].end)
     return entries
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.metadata import parse_object
-from tumtools.formats.ros.batches import BATCH, Batch, in_batches
+from tumtools.formats.ros.batches import BATCH, Batch, in_batches, is_interleaved
 from tumtools.formats.ros.kept import left_out
 from tumtools.formats.ros.layouts import DIGEST_TOPIC, METADATA_TOPIC
 from tumtools.formats.ros.messages import STRING
@@ -94,6 +94,9 @@ class BagRecording(Recording):
 
         """
         entries = self._select(channels, None, None)
+        if is_interleaved(entries["chunk"]):
+            yield from in_batches(self.messages(channels))
+            return
         starts = np.flatnonzero(np.diff(entries["chunk"], prepend=-1))
         with closing(_Contents(self._file, self._index.chunks, entries["chunk"])) as contents:
             for part in np.split(entries, starts[1:]) if len(entries) else ():

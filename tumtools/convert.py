@@ -12,7 +12,7 @@ from tumtools.fingerprint import Recorded
 from tumtools.formats import registry
 from tumtools.formats.options import Needs, Plan, Progress, ReadOptions, WriteOptions, no_progress
 from tumtools.images.parallel import ordered_map
-from tumtools.model.sequence import streams_of, sum_losses
+from tumtools.model.sequence import STREAMS, streams_of, sum_losses
 from tumtools.replaceable import refuse_irreplaceable
 from tumtools.staging import refuse_existing, staged
 from tumtools.transform import (
@@ -145,13 +145,14 @@ def convert(
     prepared = prepare(sequence, options.selection, needs)
     _refuse_nothing(prepared, options.selection)
     plan = entry.writer.plan(prepared, target, write_options)
+    not_carried = _of_streams(sequence, options.selection)
     report = Report(
         target=target,
         format=to,
         frames=sum(_frames(prepared).values()),
         rows=sum(_rows(prepared).values()),
         nbytes=plan.nbytes,
-        losses=_merge(sequence.info.not_carried, plan.losses),
+        losses=_merge(not_carried, plan.losses),
         warnings=plan.warnings,
         verified=False,
         left_out=tuple(name for name in streams_of(sequence) if name not in streams_of(prepared)),
@@ -173,7 +174,7 @@ def convert(
         if options.verify or keep_digest:
             recorded = Recorded(prepared, needs, keep_digest=keep_digest)
         written = entry.writer.write(recorded or prepared, path, write_options, progress)
-        losses = _merge(sequence.info.not_carried, written, transform_losses(prepared))
+        losses = _merge(not_carried, written, transform_losses(prepared))
         if options.strict:
             _refuse(losses, target)
         if recorded is not None and options.verify:
@@ -214,6 +215,16 @@ def _dry_run(prepared: Sequence, plan: Plan, report: Report, jobs: int, progress
         for nbytes in ordered_map(lambda frame: frame.load().nbytes, frames, jobs):
             progress(1, nbytes)
     return replace(report, losses=_merge(report.losses, transform_losses(prepared)), dry_run=True)
+
+
+def _of_streams(sequence: Sequence, selection: Selection) -> tuple[Loss, ...]:
+    """Return what the reader could not carry, but for streams that are not asked for: these are no loss."""
+    info = sequence.info
+    places = {**info.sources, **{stream: image.source for stream, image in info.images.items()}}
+    unwanted = {name for name in STREAMS if not selection.has(name)}
+    unwanted |= {place for stream, place in places.items() if stream in unwanted and place}
+    unwanted -= {place for stream, place in places.items() if stream not in unwanted and place}
+    return tuple(loss for loss in info.not_carried if loss.stream not in unwanted)
 
 
 def _refuse_no_streams(sequence: Sequence) -> None:

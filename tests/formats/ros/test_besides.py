@@ -13,6 +13,7 @@ from tests.formats.mcap.foreign import ONE, ZERO, Foreign
 from tests.formats.ros.published import MS, START, T, header, write_messages
 from tests.memory import Memory, accelerometer, groundtruth
 from tumtools.convert import ConvertOptions, convert
+from tumtools.diff import diff
 from tumtools.errors import LossRefusedError
 from tumtools.formats.mcap.recording import McapRecording
 from tumtools.formats.options import ReadOptions, WriteOptions
@@ -21,6 +22,7 @@ from tumtools.formats.ros import messages
 from tumtools.formats.ros.besides import Lateness, has_window, lateness
 from tumtools.model.signals import Trajectory
 from tumtools.sources import open_source
+from tumtools.transform import Selection
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -140,6 +142,30 @@ def test_times_of_recording_are_told_where_they_are_not_the_stamps(
         ("accelerometer", 3),
         ("groundtruth", 3),
     ]
+
+
+def test_what_is_lost_of_streams_that_are_not_asked_for_is_no_loss(tmp_path: Path) -> None:
+    with Foreign(tmp_path / "x.mcap") as file:
+        for number in range(3):
+            file.image("/rgb", START + number * MS, number, late=7)
+            file.write("/imu", messages.IMU, START + number, late=5, **imu(TURNED))
+            file.pose(START + number, 0.0)
+    with open_source(tmp_path / "x.mcap") as sequence:
+        found = {}
+        for streams in (("groundtruth",), ("rgb", "groundtruth"), ("accelerometer",), None):
+            options = ConvertOptions(Selection(streams=streams), dry_run=True)
+            report = convert(sequence, tmp_path / "y.mcap", "mcap", options=options)
+            found[streams] = {(loss.stream, loss.what) for loss in report.losses}
+    late, more = (
+        {("rgb", "times of recording")},
+        {("accelerometer", "times of recording"), ("/imu", INERTIAL)},
+    )
+    assert found == {
+        ("groundtruth",): set(),
+        ("rgb", "groundtruth"): late,
+        ("accelerometer",): more,
+        None: late | more,
+    }
 
 
 def test_times_of_any_size_are_compared() -> None:
@@ -311,3 +337,24 @@ def test_transforms_that_others_added_to_a_recording_of_ours_are_told(poses: str
     with open_source(tmp_path / "x.mcap") as sequence:
         assert sequence.groundtruth is not None
         assert len(sequence.groundtruth) == 3
+
+
+def test_a_recording_of_ours_that_was_played_and_recorded_again_has_its_own_stamps(tmp_path: Path) -> None:
+    given = Memory({"rgb": [START, START + MS], "depth": [START + 5]}, accelerometer=accelerometer(START))
+    convert(given, tmp_path / "ours.mcap", "mcap")
+    ours = McapRecording(tmp_path / "ours.mcap")
+    with Foreign(tmp_path / "x.mcap") as file:
+        file.library.add_metadata("tumtools", dict(ours.metadata or {}))
+        for number, message in enumerate(ours.messages(ours.channels)):
+            time, channel = message.log_time + 1000 * number, message.channel
+            file.library.add_message(
+                file.channel(channel.topic, channel.type), time, bytes(message.data), time
+            )
+    with open_source(tmp_path / "x.mcap") as sequence:
+        assert sequence.image_stamps("rgb").tolist() == [START, START + MS]
+        assert sequence.image_stamps("depth").tolist() == [START + 5]
+        assert {loss.what for loss in sequence.info.not_carried} == {"times of recording"}
+        report = convert(sequence, tmp_path / "back.mcap", "mcap")
+    assert {loss.what for loss in report.losses} == {"times of recording"}
+    with open_source(tmp_path / "back.mcap") as back, open_source(tmp_path / "ours.mcap") as before:
+        assert diff(before, back).same

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.errors import InputError, UsageError
-from tumtools.formats import metadata
 from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.ros import signals
 from tumtools.formats.ros.besides import added_transforms, beside_the_streams, has_window
@@ -21,7 +20,7 @@ from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.collectors import header_stamp
 from tumtools.formats.ros.gather import Gathered, gather
 from tumtools.formats.ros.images import image_of_message
-from tumtools.formats.ros.kept import read_kept
+from tumtools.formats.ros.kept import fitting_layouts, read_kept
 from tumtools.formats.ros.layouts import LAYOUTS, is_default_frame
 from tumtools.formats.ros.order import ImageOrder
 from tumtools.formats.ros.tf import TransformTree, find_path, losses_of_path, way_of
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
     from tumtools.formats.ros.recording import Channel, RawMessage, Recording
     from tumtools.model.camera import CameraInfo
     from tumtools.model.image import Image
-    from tumtools.model.text import TextLayout
 
 _WORLD: Final = "world"
 _BODIES: Final = frozenset(layout.body for layout in LAYOUTS.values())
@@ -90,6 +88,7 @@ class RosSequence(Sequence):
         }
         self._frame_ids: dict[str, str] = {}
         self._camera_frame: str | None = None
+        self._is_as_written = self._meta is not None
         self._way = ""
         self._unused: list[Loss] = []
         self._notes: list[str] = []
@@ -98,7 +97,12 @@ class RosSequence(Sequence):
         streams = [stream for stream in IMAGE_STREAMS if stream in self._channels or stream in places]
         images = {stream: self._image_info(stream) for stream in streams}
         found = gather(
-            recording, self._resolution, self._type, self._named, bodies=_BODIES, stamps=self._meta is None
+            recording,
+            self._resolution,
+            self._type,
+            self._named,
+            bodies=_BODIES,
+            stamps=not self._is_as_written,
         )
         times = found.times or self._logged()
         self._unused += beside_the_streams(found)
@@ -116,7 +120,8 @@ class RosSequence(Sequence):
         self._images = ImageOrder(
             times, {stream: self._file_rows(stream, times[stream][1]) for stream in times}
         )
-        text = self._text_layouts()
+        text, misfits = fitting_layouts(self._meta, self, recording.path)
+        self._notes += misfits
         meta_camera = self._meta.camera if self._meta else None
         camera = meta_camera or (None if self._meta else camera_of_name(name))
         self.cameras = own_calibrations(dict(self._read_cameras()), camera, images)
@@ -270,6 +275,8 @@ class RosSequence(Sequence):
         with self._named(channel, first.log_time):
             message = self._type(channel).decode(first.data)
             image = image_of_message(channel.type, message, stream, self._png_units)
+            # We write both times alike; what was played and recorded again has others.
+            self._is_as_written &= header_stamp(first) == first.log_time
         header = message.get("header")
         if list(message)[:1] != ["header"] or not isinstance(header, dict) or "stamp" not in header:
             raise InputError(
@@ -308,25 +315,6 @@ class RosSequence(Sequence):
                     why = "a sequence has calibrations of whole images"
                     what = "binning, region of interest or rectification"
                     self._unused.append(Loss(channel.topic, what, channel.count or 1, why))
-
-    def _text_layouts(self) -> dict[str, TextLayout]:
-        """Return the look of the text files as far as it fits what the messages say."""
-        layouts = {}
-        for stream, kept in (self._meta.text if self._meta else {}).items():
-            signal = {"accelerometer": self.accelerometer, "groundtruth": self.groundtruth}.get(stream)
-            if signal is not None:
-                stamps, values = signal.stamps, signal.values
-            else:
-                stamps = self.image_stamps(stream)
-                values = np.empty((len(stamps), 0))
-            layouts[stream] = metadata.fitting(kept, stream, stamps, values)
-            dropped = len(kept.overrides) - len(layouts[stream].overrides)
-            if dropped:
-                self._notes.append(
-                    f"{self._recording.path}: the text that its metadata keeps for {dropped} rows of "
-                    f"{stream} does not say what the messages say, and is left out"
-                )
-        return layouts
 
     def _file_rows(self, stream: str, stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
         """Return for each message of an image stream, in order of log time, its row in file order."""

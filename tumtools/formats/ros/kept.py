@@ -7,6 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeVar
 
+import numpy as np
+
 from tumtools.errors import InputError
 from tumtools.formats import metadata
 from tumtools.model import digest
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from tumtools.formats.metadata import Metadata
     from tumtools.formats.ros.recording import Recording
     from tumtools.model.digest import KeptDigest
+    from tumtools.model.sequence import Sequence
+    from tumtools.model.text import TextLayout
 
 _T = TypeVar("_T")
 
@@ -76,6 +80,32 @@ def read_kept(recording: Recording, *, salvage: bool) -> Kept:
         ),
         warnings=tuple(f"{error.path}: {error.message}; this is left out" for _, error in errors),
     )
+
+
+def fitting_layouts(
+    kept: Metadata | None, sequence: Sequence, path: str
+) -> tuple[dict[str, TextLayout], list[str]]:
+    """Return the look of the text files as far as it fits what the messages say, and where it does not.
+
+    Args:
+        kept: What the recording keeps, if anything.
+        sequence: With its signals and the stamps of its images.
+        path: Of the recording.
+
+    """
+    layouts, notes = {}, []
+    for stream, layout in (kept.text if kept else {}).items():
+        signal = {"accelerometer": sequence.accelerometer, "groundtruth": sequence.groundtruth}.get(stream)
+        stamps = sequence.image_stamps(stream) if signal is None else signal.stamps
+        values = np.empty((len(stamps), 0)) if signal is None else signal.values
+        layouts[stream] = metadata.fitting(layout, stream, stamps, values)
+        dropped = len(layout.overrides) - len(layouts[stream].overrides)
+        if dropped:
+            notes.append(
+                f"{path}: the text that its metadata keeps for {dropped} rows of {stream} does not say what "
+                "the messages say, and is left out"
+            )
+    return layouts, notes
 
 
 def left_out(stream: str, error: InputError, count: int = 1) -> Loss:

@@ -205,7 +205,8 @@ class McapFile:
         used = {channel for chunk in self.chunks for channel in chunk.index} | set(self.counts or ())
         schemas = {channel.schema for channel in self.channels.values()} - {0}
         return (
-            bool(self.channels)
+            self.counts is not None  # else there may be messages in no chunk, which no index names
+            and bool(self.channels)
             and used <= self.channels.keys()
             and schemas <= self.schemas.keys()
             and self._side_records == (self.attachments, self._metadata_records)

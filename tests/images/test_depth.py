@@ -116,6 +116,12 @@ def test_scaling_is_one_division_in_float64_for_every_count(units: float) -> Non
     assert np.isnan(to_metres(counts, units)[0])
 
 
+def test_a_reading_that_becomes_none_is_a_change_however_small_it_was() -> None:
+    counts, rounding = rescale_counts(np.array([[0, 1, 65535]], np.uint16), 1e38, 1000.0)
+    assert counts.tolist() == [[0, 0, 0]]
+    assert rounding.inexact == 2
+
+
 @pytest.mark.parametrize(("units", "expected"), [(5000.0, True), (1000.0, True), (1.5, True), (1e42, False)])
 def test_metres_are_reversible_if_every_count_comes_back(units: float, expected: bool) -> None:
     assert is_reversible(units) is expected

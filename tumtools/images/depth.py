@@ -179,7 +179,8 @@ def rescale_counts(
     errors = np.where(clipped_levels, 0, np.abs(table / wanted_units_per_metre - levels / units_per_metre))
     errors[errors < 1e-12] = 0.0  # noqa: PLR2004 - float noise of exact multiples, far below any unit
     used = count_levels(counts)
-    inexact = (errors > 0) & (used > 0)
+    lost = (table == 0) & (levels > 0) & ~clipped_levels  # "no reading" now, however near it was
+    inexact = ((errors > 0) | lost) & (used > 0)
     rounding = Rounding(
         int(used[inexact].sum()),
         int(used[clipped_levels].sum()),

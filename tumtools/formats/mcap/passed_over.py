@@ -62,15 +62,16 @@ class PassedOver:
             records: How many metadata records could be found.
 
         """
+        why = self._why or "the summary of the file counts more than are there"
         if self._counts is None and self.nbytes:
-            yield Loss(RECORDING, f"bytes {LEFT_OUT}", self.nbytes, self._why)
+            yield Loss(RECORDING, f"bytes {LEFT_OUT}", self.nbytes, why)
         for number, count in sorted((self._counts or {}).items()):
             missing = count - found.get(number, 0)
             if missing > 0:
-                yield Loss(topics.get(number, RECORDING), f"messages {LEFT_OUT}", missing, self._why)
+                yield Loss(topics.get(number, RECORDING), f"messages {LEFT_OUT}", missing, why)
         if self.is_cut:
             yield Loss(RECORDING, "end missing", 1, _UNKNOWN_END)
         if self._attachments > attachments:
-            yield Loss("attachments", LEFT_OUT, self._attachments - attachments, self._why)
+            yield Loss("attachments", LEFT_OUT, self._attachments - attachments, why)
         if self._records > records:
-            yield Loss("metadata records", LEFT_OUT, self._records - records, self._why)
+            yield Loss("metadata records", LEFT_OUT, self._records - records, why)

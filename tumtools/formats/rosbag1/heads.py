@@ -19,12 +19,14 @@ if TYPE_CHECKING:
 
 _ORDERS: Final = ((b"conn", b"time", b"op"), (b"conn", b"op", b"time"), (b"op", b"conn", b"time"))
 """Of the fields: ours, that of rosbag in C++, and that of rosbag in Python."""
-_VALUES: Final = {
+_COLUMNS: Final = {
     b"conn": [("connection", "<u4")],
     b"time": [("seconds", "<u4"), ("nanoseconds", "<u4")],
     b"op": [("op", "u1")],
 }
+"""What a field is as columns of numbers."""
 _EMPTY: Final = {b"conn": bytes(4), b"time": bytes(8), b"op": bytes([Op.MESSAGE])}
+"""Fields with the values of no message in particular, but for the last one."""
 
 
 def _layout(order: tuple[bytes, ...]) -> tuple[np.dtype[np.void], dict[str, bytes]]:
@@ -35,7 +37,7 @@ def _layout(order: tuple[bytes, ...]) -> tuple[np.dtype[np.void], dict[str, byte
     for name in order:
         key = f"before {name.decode()}"
         constants[key] = encode_fields({name: _EMPTY[name]})[: -len(_EMPTY[name])]
-        columns += [(key, f"V{len(constants[key])}"), *_VALUES[name]]
+        columns += [(key, f"V{len(constants[key])}"), *_COLUMNS[name]]
     return np.dtype([*columns, ("length", "<u4")]), {**constants, "op": _EMPTY[b"op"]}
 
 

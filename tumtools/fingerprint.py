@@ -111,8 +111,8 @@ def _crc(pixels: npt.NDArray[np.generic]) -> int:
 def _in_metres(image: Image) -> Image:
     """Return counts of depth in metres, or the image itself where that cannot be shown to be right.
 
-    It is shown in two steps: each of all counts comes back from its metres, to the bit, and each pixel here has
-    the metres of its own count.
+    It is shown in two steps: each of all counts comes back from its metres, to the bit, and each pixel here
+    has the metres of its own count.
     """
     units = image.depth_units_per_metre
     if units is None or image.encoding == "32FC1" or not is_reversible(units):

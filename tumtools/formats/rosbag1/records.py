@@ -33,7 +33,7 @@ class Op(IntEnum):
 
 
 _MOST_FIELDS: Final = 16 * 2**20
-"""Bytes of the fields of a header, or of a connection with its message definition; those have some kilobytes."""
+"""Bytes of the fields of a header, or of a connection with its message definition; mostly some kilobytes."""
 _LENGTH: Final = struct.Struct("<I")
 _NUMBERS: Final = {1: struct.Struct("<B"), 4: struct.Struct("<I"), 8: struct.Struct("<Q")}
 _TIME: Final = struct.Struct("<II")

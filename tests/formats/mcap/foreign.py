@@ -17,7 +17,7 @@ from tumtools.images.codec import pixels_of, png_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tumtools.formats.ros.recording import MessageEncoding
+    from tumtools.formats.ros.recording import MessageEncoding, Recording
 
 ZERO = {"x": 0.0, "y": 0.0, "z": 0.0}
 ONE = ZERO | {"w": 1.0}
@@ -49,6 +49,15 @@ class Foreign:
     def __exit__(self, *error: object) -> None:
         self.library.finish()
         self._file.close()
+
+    def copy(self, ours: Recording, later: int = 0) -> None:
+        """Write our metadata and messages again, each received some nanoseconds later than the one before."""
+        self.library.add_metadata("tumtools", dict(ours.metadata or {}))
+        for number, message in enumerate(ours.messages(ours.channels)):
+            time, channel = message.log_time + later * number, message.channel
+            self.library.add_message(
+                self.channel(channel.topic, channel.type), time, bytes(message.data), time
+            )
 
     def channel(self, topic: str, kind: str, definition: str | None = None) -> int:
         if kind not in self._schemas:

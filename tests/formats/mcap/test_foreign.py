@@ -100,10 +100,7 @@ def test_our_own_metadata_survives_other_writers(tmp_path: Path, writer: str) ->
     convert(full(), tmp_path / "ours.mcap", "mcap")
     ours = McapRecording(tmp_path / "ours.mcap")
     with Foreign(tmp_path / "theirs.mcap", writer=WRITERS[writer]) as file:
-        file.library.add_metadata("tumtools", dict(ours.metadata or {}))
-        for message in ours.messages(ours.channels):
-            number = file.channel(message.channel.topic, message.channel.type)
-            file.library.add_message(number, message.log_time, bytes(message.data), message.log_time)
+        file.copy(ours)
     with open_source(tmp_path / "theirs.mcap") as sequence:
         assert sequence.info.name == "memory"
         assert sequence.info.camera == "fr1"

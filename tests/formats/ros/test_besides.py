@@ -321,10 +321,7 @@ def test_transforms_that_others_added_to_a_recording_of_ours_are_told(poses: str
     assert losses(tmp_path / "ours.mcap") == {}
     ours = McapRecording(tmp_path / "ours.mcap")
     with Foreign(tmp_path / "x.mcap") as file:
-        file.library.add_metadata("tumtools", dict(ours.metadata or {}))
-        for message in ours.messages(ours.channels):
-            number = file.channel(message.channel.topic, message.channel.type)
-            file.library.add_message(number, message.log_time, bytes(message.data), message.log_time)
+        file.copy(ours)
         for number in range(2):
             moved = {"translation": ZERO, "rotation": ONE}
             named = {
@@ -344,12 +341,7 @@ def test_a_recording_of_ours_that_was_played_and_recorded_again_has_its_own_stam
     convert(given, tmp_path / "ours.mcap", "mcap")
     ours = McapRecording(tmp_path / "ours.mcap")
     with Foreign(tmp_path / "x.mcap") as file:
-        file.library.add_metadata("tumtools", dict(ours.metadata or {}))
-        for number, message in enumerate(ours.messages(ours.channels)):
-            time, channel = message.log_time + 1000 * number, message.channel
-            file.library.add_message(
-                file.channel(channel.topic, channel.type), time, bytes(message.data), time
-            )
+        file.copy(ours, later=1000)
     with open_source(tmp_path / "x.mcap") as sequence:
         assert sequence.image_stamps("rgb").tolist() == [START, START + MS]
         assert sequence.image_stamps("depth").tolist() == [START + 5]

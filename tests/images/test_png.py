@@ -73,10 +73,7 @@ def test_every_filter_is_undone(
 
 @pytest.mark.parametrize("colour_type", [0, 2, 4, 6])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (2, 3), (7, 1), (5, 64), (64, 65), (30, 127)])
-def test_the_left_neighbour_is_added_whatever_the_size(
-    colour_type: int, shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(png, "_BLOCK_BYTES", 400)  # several blocks of rows, the last one smaller
+def test_the_left_neighbour_is_added_whatever_the_size(colour_type: int, shape: tuple[int, int]) -> None:
     samples = _samples(colour_type, 8, shape)
     data = make(samples, colour_type, 8, filters=(1,))
     assert np.array_equal(png.decode(data), _expected(data, samples, colour_type, 8))

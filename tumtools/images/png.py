@@ -41,8 +41,6 @@ _MAX_DEFLATE_RATIO: Final = 1040
 """Deflate makes at most 1032 bytes of one; a header that promises more lies."""
 _LEVEL: Final = 1
 _BLOCK_ROWS: Final = 24
-_BLOCK_BYTES: Final = 2**20
-"""Bytes that `_sum_along` works on at a time: an image of the benchmark."""
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 
@@ -148,41 +146,13 @@ def check(data: bytes | memoryview) -> PngHeader:
 def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
     """Check the chunks; return the header, complete, and the parts of the image data."""
     found = header(data)
-    parts: list[memoryview] = []
-    kinds = set()
-    position, end = len(SIGNATURE), len(data)
-    unpack, crc32 = _CHUNK_HEAD.unpack_from, isal_zlib.crc32
-    kind = b""
-    # The published files have about sixty chunks each, so this loop is kept short.
-    while kind != b"IEND":
-        if position + _CHUNK_OVERHEAD > end:
-            raise InputError(
-                "the PNG file is cut off: no IEND chunk", location=f"offset {position}", hint=_DAMAGED_HINT
-            )
-        length, kind = unpack(data, position)
-        body = position + _CHUNK_HEAD.size
-        following = body + length + 4
-        if following > end:
-            raise InputError(
-                f"the PNG chunk {_shown(kind)} needs {length} bytes, {end - body} are left",
-                location=f"offset {position}",
-                hint=_DAMAGED_HINT,
-            )
-        if crc32(data[position + 4 : following - 4]) != int.from_bytes(
-            data[following - 4 : following], "big"
-        ):
-            raise InputError(
-                f"the CRC of the PNG chunk {_shown(kind)} is wrong",
-                location=f"offset {position}",
-                hint=_DAMAGED_HINT,
-            )
-        if kind == b"IDAT":
-            parts.append(data[body : following - 4])
-        else:
-            kinds.add(kind)
-        position = following
+    chunks = _sound_chunks(data)
+    if chunks is None:
+        raise _damage(data)
+    kinds = {kind for kind, _ in chunks}
     if found.colour_type == _PALETTE and b"PLTE" not in kinds:
         raise InputError("a PNG file with a palette, but without its PLTE chunk", location="offset 33")
+    parts = [body for kind, body in chunks if kind == b"IDAT"]
     promised = _raw_size(found)
     if promised > _MAX_DEFLATE_RATIO * sum(map(len, parts)):
         raise InputError(
@@ -190,6 +160,50 @@ def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
             location="offset 16",
         )
     return replace(found, transparent=b"tRNS" in kinds), parts
+
+
+def _sound_chunks(data: memoryview) -> list[tuple[bytes, memoryview]] | None:
+    """Return kind and body of each chunk up to IEND, or None if anything is wrong with them.
+
+    The CRC of the whole file is held against the one that follows from those of its chunks: the published
+    files have fifty each, and to compute them one by one is to give the GIL away and get it back for each.
+    """
+    unpack, crc32, combine = _CHUNK_HEAD.unpack_from, isal_zlib.crc32, isal_zlib.crc32_combine
+    chunks = []
+    position, end = len(SIGNATURE), len(data)
+    expected = crc32(data[: position + 4])
+    kind = b""
+    while kind != b"IEND":
+        if position + _CHUNK_OVERHEAD > end:
+            return None
+        length, kind = unpack(data, position)
+        body = position + _CHUNK_HEAD.size
+        position = body + length + 4
+        if position > end:
+            return None
+        chunks.append((kind, data[body : position - 4]))
+        of_chunk = int.from_bytes(data[position - 4 : position], "big")
+        # What follows kind and body: their CRC, and the length of the next chunk.
+        expected = crc32(data[position - 4 : position + 4], combine(expected, of_chunk, length + 4))
+    return chunks if crc32(data[: position + 4]) == expected else None
+
+
+def _damage(data: memoryview) -> InputError:
+    """Return what is wrong with the first chunk that is damaged."""
+    position, end = len(SIGNATURE), len(data)
+    while position + _CHUNK_OVERHEAD <= end:
+        length, kind = _CHUNK_HEAD.unpack_from(data, position)
+        following = position + _CHUNK_OVERHEAD + length
+        if following > end:
+            what = f"the PNG chunk {_shown(kind)} needs {length} bytes, {end - position - 8} are left"
+            return InputError(what, location=f"offset {position}", hint=_DAMAGED_HINT)
+        of_chunk = int.from_bytes(data[following - 4 : following], "big")
+        if isal_zlib.crc32(data[position + 4 : following - 4]) != of_chunk:
+            what = f"the CRC of the PNG chunk {_shown(kind)} is wrong"
+            return InputError(what, location=f"offset {position}", hint=_DAMAGED_HINT)
+        position = following
+    what = "the PNG file is cut off: no IEND chunk"
+    return InputError(what, location=f"offset {position}", hint=_DAMAGED_HINT)
 
 
 def _raw_size(found: PngHeader) -> int:
@@ -260,23 +274,18 @@ def _decode_plain(found: PngHeader, parts: list[memoryview]) -> Pixels | None:
 def _sum_along(rows: npt.NDArray[np.uint8], step: int) -> npt.NDArray[np.uint8]:
     """Return each byte plus all that are a multiple of `step` before it in its row, modulo 256.
 
-    Sums of two neighbours, then of four, and so on, ten passes for 640 pixels, of a block of rows that fits
-    into the second cache: more than twice as fast as `np.add.accumulate`, which waits for each single sum.
+    Sums of two neighbours, then of four, and so on, ten passes for 640 pixels. Each goes over all rows as
+    over one, since numpy is three times as slow on rows that do not touch each other; what comes in from
+    the row before is put right. Five times as fast as `np.add.accumulate`, which waits for each single sum.
     """
-    height, width = rows.shape
-    sums = np.empty((height, width), np.uint8)
-    block = max(_BLOCK_BYTES // width, 1)
-    spare = np.empty((min(block, height), width), np.uint8)
-    passes = max((width // step - 1).bit_length(), 1)
-    for top in range(0, height, block):
-        source, end = rows[top : top + block], sums[top : top + block]
-        for number in range(passes):
-            # By turns, so that the last pass ends in the result.
-            target = end if (passes - number) % 2 else spare[: len(end)]
-            reach = step << number
-            np.add(source[:, reach:], source[:, : width - reach], out=target[:, reach:])
-            target[:, :reach] = source[:, :reach]
-            source = target
+    sums = rows.copy()
+    spare = np.empty_like(sums)
+    reach = step
+    while reach < sums.shape[1]:
+        np.add(sums.reshape(-1)[reach:], sums.reshape(-1)[:-reach], out=spare.reshape(-1)[reach:])
+        spare[:, :reach] = sums[:, :reach]
+        sums, spare = spare, sums
+        reach *= 2
     return sums
 
 

@@ -92,7 +92,7 @@ def _rawlog_files(folder: Path) -> Iterator[str]:
         images = Folder(path)
         for place in survey(path).places:
             if place.picture.file is not None and images.path is not None:
-                yield images.locate(place.picture.file).relative_to(folder).as_posix()
+                yield Path(images.locate(place.picture.file)).relative_to(folder).as_posix()
 
 
 def _rosbag2_files(folder: Path) -> Iterator[str]:

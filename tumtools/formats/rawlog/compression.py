@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import stat
 import zlib
+from io import BytesIO
 from typing import IO, TYPE_CHECKING, Final, Literal, Protocol
 
 import zstandard
@@ -173,7 +174,7 @@ class Pieces:
         # The reader of zstandard says nothing when the last frame is cut off; the rawlog's framing does.
 
 
-def open_file(path: Path) -> IO[bytes]:
+def open_file(path: str | Path) -> IO[bytes]:
     """Open a file for reading; a pipe or a device is none, and opening it must not wait for anybody.
 
     Raises:
@@ -193,7 +194,7 @@ def open_file(path: Path) -> IO[bytes]:
     return file
 
 
-def read_file(path: Path, most: int | None = None) -> bytes:
+def read_file(path: str | Path, most: int | None = None) -> bytes:
     """Read a file at once, up to one byte more than `most`; raises as `open_file` does."""
     with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
@@ -203,52 +204,58 @@ def read_file(path: Path, most: int | None = None) -> bytes:
             raise InputError(f"cannot be read ({error.strerror})", path=path) from error
 
 
-def inflate(data: bytes, most: int, path: Path, *, cut: bool = False) -> bytes:
-    """Inflate a small file at once, up to `most` bytes.
+class Content:
+    """The content of a small file that has been read, inflated piece by piece.
 
     Args:
         data: The file.
-        most: Bytes that it may inflate to.
         path: Of the file, for messages.
-        cut: Return one byte more than these if it inflates to more, instead of failing.
-
-    Raises:
-        InputError: It is damaged, or larger than that.
 
     """
-    result, whole = _inflated(data, most + 1, path)
-    if not whole and len(result) <= most:
-        raise InputError("the gzip data ends too early", path=path, hint="copy the file again")
-    if len(result) > most and not cut:
-        raise InputError(f"inflates to more than {most} bytes", path=path)
-    return result[: most + 1]
 
-
-def inflated_start(data: bytes, size: int, path: Path) -> bytes:
-    """Return the first bytes of an inflated file.
-
-    Raises:
-        InputError: It is damaged.
-
-    """
-    return _inflated(data, size, path)[0][:size]
-
-
-def _inflated(data: bytes, size: int, path: Path) -> tuple[bytes, bool]:
-    """Inflate up to so many bytes; tell whether the end of a gzip member has been reached."""
-    try:
+    def __init__(self, data: bytes, path: str | Path) -> None:
+        self._path = path
+        self._reader: _Reader
         match sniff(data):
             case "gzip":
-                member = isal_zlib.decompressobj(_GZIP)
-                result = member.decompress(data, size)
-                return result, member.eof
+                self._reader = _GzipMember(data)
             case "zstd":
-                reader = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW).stream_reader(data)
-                return reader.read(size), True
+                inflater = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW)
+                self._reader = inflater.stream_reader(data)
             case _:
-                return data, True
-    except (IsalError, zstandard.ZstdError) as error:  # type: ignore[misc]  # its stub is wrong
-        raise InputError(f"damaged compression ({error})", path=path, hint="copy the file again") from error
+                self._reader = BytesIO(data)
+
+    def read(self, size: int) -> bytes:
+        """Return so many of the next bytes, at least one; fewer at the end.
+
+        Raises:
+            InputError: The compression is damaged.
+
+        """
+        try:
+            return self._reader.read(size)
+        except (IsalError, zstandard.ZstdError, EOFError) as error:  # type: ignore[misc]  # its stub is wrong
+            what = f"damaged compression ({error})"
+            raise InputError(what, path=self._path, hint="copy the file again") from error
+
+
+class _Reader(Protocol):
+    def read(self, size: int, /) -> bytes: ...
+
+
+class _GzipMember:
+    """The first member of a gzip file; its size and checksum are checked where it ends."""
+
+    def __init__(self, data: bytes) -> None:
+        self._inflater = isal_zlib.decompressobj(_GZIP)
+        self._rest = data
+
+    def read(self, size: int) -> bytes:
+        result: bytes = self._inflater.decompress(self._rest, size)
+        self._rest = self._inflater.unconsumed_tail
+        if len(result) < size and not self._inflater.eof:
+            raise EOFError("the data ends before the end of the gzip member")
+        return result
 
 
 class Deflater(Protocol):

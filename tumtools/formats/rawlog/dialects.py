@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+import re
+import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.formats.rawlog import intrinsics
-from tumtools.formats.rawlog.archive import Record
+from tumtools.formats.rawlog.archive import Record, text_bytes
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.runs import places
 
@@ -142,30 +144,39 @@ def camera_record(dialect: Dialect, camera: CameraInfo) -> Record:
 
 
 @dataclass(frozen=True, slots=True)
-class Scan:
-    """What differs from one scan to the next.
+class ScanKind:
+    """What a scan has in common with others.
 
     Attributes:
-        ticks: Time, in units of 100 ns since 1601.
-        image_file: Name of the colour or infrared file; None if there is none.
-        depth_file: Name of the depth file; None if there is none.
+        has_image: Whether there is a file of colour or infrared.
+        has_depth: Whether there is a depth file.
         range_units: Metres per count of the depth file.
         channel: `VISIBLE` or `INFRARED`.
+        depth_camera: An encoded `camera_record`.
+        image_camera: Another one.
 
     """
 
-    ticks: int
-    image_file: str | None = None
-    depth_file: str | None = None
-    range_units: float = 0.001
-    channel: int = VISIBLE
+    has_image: bool
+    has_depth: bool
+    range_units: float
+    channel: int
+    depth_camera: bytes
+    image_camera: bytes
+
+
+_TICKS: Final = struct.Struct("<Q")
+_TICKS_MARK: Final = 0xF1F2F3F4F5F6F7F8
+_IMAGE_MARK, _DEPTH_MARK = "<name of the image file>", "<name of the depth file>"
+"""What stands in a template for what each scan has of its own."""
 
 
 class Scans:
-    """Scans whose images are external files, as objects; what all of them share is encoded once."""
+    """Scans whose images are external files, as objects; those of a kind share a template."""
 
     def __init__(self, dialect: Dialect) -> None:
         self._dialect = dialect
+        self._templates: dict[ScanKind, list[bytes]] = {}
         self._shared: Fields = {
             "max_range": 5.0,
             "sensor_pose": CODEC.encode(_pose(dialect, _IDENTITY)),
@@ -187,31 +198,47 @@ class Scans:
             no_metres = dialect.record("CMatrixF", rows=0, columns=0, values=_NO_METRES)
             self._shared["range_matrix"] = CODEC.encode(no_metres)
 
-    def encode(self, scan: Scan, depth_camera: bytes, image_camera: bytes) -> bytes:
+    def encode(self, kind: ScanKind, ticks: int, image_file: str = "", depth_file: str = "") -> bytes:
         """Return a scan as it is written.
 
         Args:
-            scan: What is its own.
-            depth_camera: An encoded `camera_record`.
-            image_camera: Another one.
+            kind: What it has in common with others.
+            ticks: Time, in units of 100 ns since 1601.
+            image_file: Name of the colour or infrared file; empty if there is none.
+            depth_file: Name of the depth file; empty if there is none.
 
         """
-        image = self._dialect.record("CImage", external=1, file=scan.image_file or "")
+        template = self._templates.get(kind)
+        if template is None:
+            template = self._templates[kind] = self._template(kind)
+        own = dict(zip(_MARKS, _own_bytes(ticks, image_file, depth_file), strict=True))
+        return b"".join([own.get(part, part) for part in template])
+
+    def _template(self, kind: ScanKind) -> list[bytes]:
+        """Return the bytes of a kind, marks and what is between them by turns."""
+        image = self._dialect.record("CImage", external=1, file=_IMAGE_MARK if kind.has_image else "")
         record = self._dialect.record(
             "CObservation3DRangeScan",
             **self._shared,
-            has_range=int(scan.depth_file is not None),
-            range_units=scan.range_units,
-            has_intensity=int(scan.image_file is not None),
+            has_range=int(kind.has_depth),
+            range_units=kind.range_units,
+            has_intensity=int(kind.has_image),
             intensity=image,
-            camera=depth_camera,
-            camera_intensity=image_camera,
-            time=scan.ticks,
-            range_external=int(scan.depth_file is not None),
-            range_file=scan.depth_file or "",
-            channel=scan.channel,
+            camera=kind.depth_camera,
+            camera_intensity=kind.image_camera,
+            time=_TICKS_MARK,
+            range_external=int(kind.has_depth),
+            range_file=_DEPTH_MARK if kind.has_depth else "",
+            channel=kind.channel,
         )
-        return CODEC.encode(record)
+        return re.split(b"(" + b"|".join(map(re.escape, _MARKS)) + b")", CODEC.encode(record))
+
+
+def _own_bytes(ticks: int, image_file: str, depth_file: str) -> tuple[bytes, bytes, bytes]:
+    return _TICKS.pack(ticks), text_bytes(image_file), text_bytes(depth_file)
+
+
+_MARKS: Final = _own_bytes(_TICKS_MARK, _IMAGE_MARK, _DEPTH_MARK)
 
 
 def comment_bytes(dialect: Dialect, text: str, ticks: int) -> bytes:

@@ -9,6 +9,7 @@ and leaves the files as they are, so the content tells which it is, not the vers
 
 from __future__ import annotations
 
+import os
 import struct
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
@@ -17,7 +18,7 @@ import numpy as np
 
 from tumtools.errors import InputError, MissingInputError, UnsupportedInputError
 from tumtools.formats.rawlog import archive
-from tumtools.formats.rawlog.compression import inflate, inflated_start, read_file
+from tumtools.formats.rawlog.compression import Content, read_file
 from tumtools.images.limits import check_size
 from tumtools.images.parallel import take_room
 
@@ -46,6 +47,7 @@ class Folder:
 
     rawlog: Path
     _found: Path | None = field(default=None, init=False)
+    _sizes: dict[str, int | None] = field(default_factory=dict, init=False)
 
     @property
     def path(self) -> Path | None:
@@ -76,8 +78,8 @@ class Folder:
             )
         return tuple(parts)
 
-    def locate(self, name: str) -> Path:
-        """Return where the file of a name should be.
+    def locate(self, name: str) -> str:
+        """Return where the file of a name should be; no `Path`, which takes as long as a small file.
 
         Raises:
             InputError: The name leads out of the folder.
@@ -93,7 +95,7 @@ class Folder:
                 path=self.rawlog,
                 hint="copy the folder of the images to the rawlog",
             )
-        return folder.joinpath(*parts)
+        return "/".join((str(folder), *parts))
 
     def read(self, name: str) -> bytes:
         """Read a file.
@@ -117,11 +119,18 @@ class Folder:
         return data
 
     def size(self, name: str) -> int | None:
-        """Return the bytes of a file; None if it is missing."""
-        try:
-            return self.locate(name).stat().st_size
-        except OSError:
-            return None
+        """Return the bytes that a file has when it is first asked for; None if it is missing.
+
+        Raises:
+            InputError: The name leads out of the folder.
+
+        """
+        if name not in self._sizes:
+            try:
+                self._sizes[name] = os.stat(self.locate(name)).st_size  # noqa: PTH116 - no Path, as above
+            except OSError:
+                self._sizes[name] = None
+        return self._sizes[name]
 
 
 def read_depth(folder: Folder, name: str) -> npt.NDArray[np.uint16] | npt.NDArray[np.float32]:
@@ -138,7 +147,10 @@ def read_depth(folder: Folder, name: str) -> npt.NDArray[np.uint16] | npt.NDArra
     data = folder.read(name)
     if name.endswith(".txt"):
         return _text_depth(data, path)
-    head = inflated_start(data, _MOST_HEADER, path)
+    content = Content(data, path)
+    head = content.read(_U16_HEADER.size)
+    if any(head[2:4]):  # more rows than an image has, so these are letters of the name of a matrix
+        head += content.read(_MOST_HEADER - len(head))
     start = _matrix_start(head)
     dtype, what = ("<u2", "pixels of 16 bits") if start == 0 else ("<f4", "numbers in a matrix")
     if len(head) < start + _U16_HEADER.size:
@@ -150,17 +162,18 @@ def read_depth(folder: Folder, name: str) -> npt.NDArray[np.uint16] | npt.NDArra
         raise UnsupportedInputError(f"the depth file announces {error.message}", path=path) from error
     take_room(4 * rows * columns)
     begin = start + _U16_HEADER.size
-    end = begin + np.dtype(dtype).itemsize * rows * columns
-    size = end + (1 if start else 0)
-    raw = inflate(data, size, path, cut=True)
-    if len(raw) != size or (start and raw[end] != archive.END_MARK):
-        found = f"more than {size}" if len(raw) > size else f"{len(raw)}"
+    body = head[begin:]
+    size = np.dtype(dtype).itemsize * rows * columns + (1 if start else 0)
+    body += content.read(max(size + 1 - len(body), 1))
+    if len(body) != size or (start and body[-1] != archive.END_MARK):
+        whole, found = begin + size, f"{begin + len(body)}"
+        if len(body) > size:
+            found = f"more than {whole}"
         raise InputError(
-            f"the depth file announces {rows} x {columns} {what}, that is {size} bytes; it has {found}",
+            f"the depth file announces {rows} x {columns} {what}, that is {whole} bytes; it has {found}",
             path=path,
         )
-    values = np.frombuffer(raw, dtype, count=rows * columns, offset=begin).reshape(rows, columns)
-    return values.copy() if start else values  # where a matrix begins in the file is no multiple of 4
+    return np.frombuffer(body, dtype, count=rows * columns).reshape(rows, columns)
 
 
 def _matrix_start(head: bytes) -> int:
@@ -171,7 +184,7 @@ def _matrix_start(head: bytes) -> int:
     return end + 1 if archive.class_of(head[1:end].decode("latin-1")) == "CMatrixF" else 0
 
 
-def _text_depth(data: bytes, path: Path) -> npt.NDArray[np.uint16] | npt.NDArray[np.float32]:
+def _text_depth(data: bytes, path: str) -> npt.NDArray[np.uint16] | npt.NDArray[np.float32]:
     """Decode a text matrix: counts if all are whole numbers that fit, else metres."""
     lines = [line for line in data.splitlines() if line.strip()]
     columns = len(lines[0].split()) if lines else 0

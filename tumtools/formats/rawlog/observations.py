@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from tumtools.formats.rawlog.archive import Record
+    from tumtools.formats.rawlog.archive import Fields, Record
     from tumtools.model.camera import CameraInfo
 
 IMU_CHANNELS: Final = 31
@@ -67,17 +67,35 @@ def imu_of(record: Record) -> Imu:
     return Imu(present, values)
 
 
-def cameras_of(record: Record) -> Iterator[tuple[str, CameraInfo]]:
-    """Yield the intrinsics that an observation carries, by image stream."""
-    if record.type == "CObservation3DRangeScan":
-        swapped = record.version <= _SWAPPED_SIZE_UNTIL and _is_external(record)
-        names = (("depth", "camera"), ("ir" if record.integer("channel") else "rgb", "camera_intensity"))
-        for stream, name in names:
-            present = record.integer("has_range" if stream == "depth" else "has_intensity")
-            if present and (camera := camera_of(record.child(name), swapped)):
-                yield stream, camera
-    elif record.type == "CObservationImage" and (camera := camera_of(record.child("camera"))):
-        yield "rgb", camera
+class Cameras:
+    """Makes intrinsics of observations; those that are like the ones before are the same object again."""
+
+    def __init__(self) -> None:
+        self._latest: dict[str, tuple[Fields, bool, CameraInfo | None]] = {}
+
+    def of(self, record: Record) -> Iterator[tuple[str, CameraInfo]]:
+        """Yield the intrinsics that an observation carries, by image stream."""
+        if record.type == "CObservation3DRangeScan":
+            swapped = record.version <= _SWAPPED_SIZE_UNTIL and _is_external(record)
+            names = (("depth", "camera"), ("ir" if record.integer("channel") else "rgb", "camera_intensity"))
+            for stream, name in names:
+                present = record.integer("has_range" if stream == "depth" else "has_intensity")
+                if present and (camera := self._camera(record, name, swapped=swapped)):
+                    yield stream, camera
+        elif record.type == "CObservationImage" and (camera := self._camera(record, "camera")):
+            yield "rgb", camera
+
+    def _camera(self, record: Record, name: str, *, swapped: bool = False) -> CameraInfo | None:
+        child = record.child(name)
+        if child is None:
+            return None
+        fields, was_swapped, camera = self._latest.get(name, (None, swapped, None))
+        # What is written like the one before is read as the same object.
+        if fields is not child.fields or was_swapped != swapped:
+            found = camera_of(child, swapped)
+            camera = camera if found == camera else found
+            self._latest[name] = child.fields, swapped, camera
+        return camera
 
 
 def _is_external(scan: Record) -> bool:

@@ -109,7 +109,7 @@ class Picture:
         if self.file is not None:
             data = folder.read(self.file)
             try:
-                return replace(_image_of_file(data), origin=str(folder.locate(self.file)))
+                return replace(_image_of_file(data), origin=folder.locate(self.file))
             except InputError as error:
                 raise type(error)(
                     error.message, path=folder.locate(self.file), location=error.location

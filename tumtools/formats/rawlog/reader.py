@@ -169,10 +169,7 @@ class RawlogSequence(Sequence):
 
     def _is_there(self, entry: Entry) -> bool:
         name = entry.place.picture.file
-        if name is None:
-            return True
-        self._folder.check(name)
-        return self._folder.size(name) is not None
+        return name is None or self._folder.size(name) is not None
 
     def _add_warnings(self, found: Survey, labels: dict[str, str]) -> None:
         path, notes = self._path, self._notes

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,19 +51,21 @@ class Store:
         """Write the file or files of an image."""
         image = frame.load()
         key = (frame.stream, frame.row)
-        stored = Stored(key, "", image.width, image.height, 0)
+        data: bytes | memoryview
+        range_units, rounding = 0.0, depth.EXACT
         if frame.stream == "depth":
             payload, units, rounding = self._depth(image)
-            data: bytes | memoryview = deflate(payload, self.container)
-            stored = replace(stored, suffix=".bin", range_units=1 / units, rounding=rounding)
+            data, suffix, range_units = deflate(payload, self.container), ".bin", 1 / units
         elif image.compressed is not None and image.compression == "jpeg":
-            data, stored = image.compressed, replace(stored, suffix=".jpg")
+            data, suffix = image.compressed, ".jpg"
         else:
-            data, stored = png_of(image), replace(stored, suffix=".png")
+            data, suffix = png_of(image), ".png"
         for name in self.names[key]:
-            with (self.folder / f"{name}{stored.suffix}").open("wb") as file:
+            # Path takes as long as a small file.
+            with open(f"{self.folder}/{name}{suffix}", "wb") as file:  # noqa: PTH123
                 file.write(data)
-        return replace(stored, nbytes=len(data) * len(self.names[key]))
+        nbytes = len(data) * len(self.names[key])
+        return Stored(key, suffix, image.width, image.height, nbytes, range_units, rounding)
 
     def _depth(self, image: Image) -> tuple[bytes, float, depth.Rounding]:
         """Return the content of the depth file, counts per metre, and what rounding changed."""

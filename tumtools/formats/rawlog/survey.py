@@ -141,6 +141,7 @@ class Survey:
     unitless: Counter[str] = field(default_factory=Counter)
     damage: InputError | None = None
     _held_bytes: int = 0
+    _made: observations.Cameras = field(default_factory=observations.Cameras)
 
     def add(self, number: int, record: Record) -> None:
         """Take a top-level object in."""
@@ -215,14 +216,20 @@ class Survey:
         if sensor not in self.first and self._held_bytes + picture.nbytes <= _HELD_BYTES:
             self.first[sensor] = picture.detached()
             self._held_bytes += picture.nbytes
-        bare = replace(picture, image=None, scan=None)
+        is_bare = picture.image is None and picture.scan is None
+        bare = picture if is_bare else replace(picture, image=None, scan=None)
         self.places.append(Place(number, part, bare, picture.nbytes))
 
     def _add_cameras(self, observation: Record, label: str) -> None:
-        for stream, camera in observations.cameras_of(observation):
+        for stream, camera in self._made.of(observation):
+            known = self.cameras.get((stream, label))
+            if camera is known:
+                continue
             if not camera.is_plausible:
                 self.cameras_refused[stream, label] += 1
-            elif self.cameras.setdefault((stream, label), camera) != camera:
+            elif known is None:
+                self.cameras[stream, label] = camera
+            elif camera != known:
                 self.cameras_changed[stream, label] += 1
 
     def _add_acceleration(self, imu: observations.Imu, label: str, ticks: int) -> None:

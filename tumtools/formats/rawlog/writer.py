@@ -25,7 +25,7 @@ from tumtools.formats.rawlog.dialects import (
     VISIBLE,
     Dialect,
     ImuRows,
-    Scan,
+    ScanKind,
     Scans,
     camera_record,
     comment_bytes,
@@ -63,6 +63,8 @@ _CONVERTER_UNITS_PER_METRE: Final = 1000.0
 _IMU_BLOCK: Final = 1024
 """Accelerometer rows encoded at a time."""
 _DEFAULT_SIZE: Final = (640, 480)
+_DEFAULT_RANGE_UNITS: Final = 0.001
+"""MRPT's, where a scan has no depth."""
 _NS_PER_TICK: Final = 100
 _DEPTH_SHARE: Final = 0.19
 """Typical size of a depth file as a share of 16-bit pixels, for the estimate."""
@@ -296,16 +298,18 @@ class _ScanWriter:
         self._write_imu(before)
         image = self._take(slot.image)
         depth_image = self._take(slot.depth)
-        scan = Scan(slot.ticks, channel=INFRARED if slot.image and slot.image[0] == "ir" else VISIBLE)
-        if image is not None:
-            scan = replace(scan, image_file=slot.image_file + image.suffix)
-        if depth_image is not None:
-            scan = replace(
-                scan, depth_file=slot.depth_file + depth_image.suffix, range_units=depth_image.range_units
-            )
         stream = slot.image[0] if slot.image else "rgb"
-        depth_camera = self._camera("depth", depth_image or image)
-        self.out.add(self._scans.encode(scan, depth_camera, self._camera(stream, image or depth_image)))
+        kind = ScanKind(
+            has_image=image is not None,
+            has_depth=depth_image is not None,
+            range_units=_DEFAULT_RANGE_UNITS if depth_image is None else depth_image.range_units,
+            channel=INFRARED if stream == "ir" else VISIBLE,
+            depth_camera=self._camera("depth", depth_image or image),
+            image_camera=self._camera(stream, image or depth_image),
+        )
+        image_file = "" if image is None else slot.image_file + image.suffix
+        depth_file = "" if depth_image is None else slot.depth_file + depth_image.suffix
+        self.out.add(self._scans.encode(kind, slot.ticks, image_file, depth_file))
 
     def _take(self, key: Key | None) -> Stored | None:
         """Return an image, and forget it after its last use."""

@@ -156,7 +156,8 @@ class Recorded(Sequence):
     ) -> Iterator[Frame]:
         """Yield the frames; each is noted when it is loaded."""
         for frame in self._inner.images(streams, start, end):
-            yield replace(frame, load=partial(self._load, frame))
+            load = partial(self._load, frame)
+            yield Frame(frame.stream, frame.stamp, frame.row, load, frame.frame_id)
 
     def _load(self, frame: Frame) -> Image:
         image = frame.load()

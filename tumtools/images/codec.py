@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,8 +16,6 @@ from tumtools.images.parallel import take_room
 from tumtools.model.image import ENCODINGS, Image
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     import numpy.typing as npt
 
 _SWAPPED = {"bgr8": "rgb8", "bgra8": "rgba8"}
@@ -38,7 +35,7 @@ def image_of_png(
         InputError: This is no PNG file, or no depth where depth was expected.
 
     """
-    with _named(origin):
+    with _Named(origin):
         found = png.peek(data)
         if depth_units_per_metre is not None and not found.is_grey16:
             raise InputError(
@@ -60,15 +57,21 @@ def image_of_png(
     )
 
 
-@contextmanager
-def _named(origin: str | None) -> Iterator[None]:
-    """Put the origin of an image into errors that have no place of their own."""
-    try:
-        yield
-    except InputError as error:
-        if error.path or origin is None:
-            raise
-        raise type(error)(error.message, path=origin, location=error.location, hint=error.hint) from error
+class _Named:
+    """Puts the origin of an image into errors that have no place of their own."""
+
+    __slots__ = ("_origin",)
+
+    def __init__(self, origin: str | None) -> None:
+        self._origin = origin
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, InputError) and not error.path and self._origin is not None:
+            location, hint = error.location, error.hint
+            raise type(error)(error.message, path=self._origin, location=location, hint=hint) from error
 
 
 def image_of_pixels(
@@ -93,7 +96,7 @@ def pixels_of(image: Image) -> npt.NDArray[np.generic]:
     """
     if image.pixels is not None:
         return image.pixels
-    with _named(image.origin):
+    with _Named(image.origin):
         if image.compressed is None:
             raise InputError("an image with neither pixels nor a file")
         take_room(image.width * image.height * ENCODINGS[image.encoding].bytes_per_pixel)
@@ -158,7 +161,7 @@ def png_of(image: Image) -> bytes | memoryview:
 
     """
     if image.png is not None:
-        with _named(image.origin):
+        with _Named(image.origin):
             png.check(image.png)
         return image.png
     pixels, encoding = canonical(pixels_of(image), image.encoding)

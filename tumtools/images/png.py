@@ -37,6 +37,9 @@ _NONE, _SUB, _UP = 0, 1, 2
 _CHUNK_OVERHEAD: Final = 12
 _CHUNK_HEAD: Final = struct.Struct(">I4s")
 """Length and kind."""
+_IHDR: Final = struct.Struct(">IIBBBBB")
+_BETWEEN_CHUNKS: Final = struct.Struct(">II4s")
+"""CRC of a chunk, then length and kind of the next one."""
 _MAX_DEFLATE_RATIO: Final = 1040
 """Deflate makes at most 1032 bytes of one; a header that promises more lies."""
 _LEVEL: Final = 1
@@ -94,12 +97,11 @@ def header(data: bytes | memoryview) -> PngHeader:
         InputError: These are not the first bytes of a PNG file.
 
     """
-    if bytes(data[:8]) != SIGNATURE:
+    if data[:8] != SIGNATURE:
         raise InputError(f"not a PNG file: it begins with {_shown(bytes(data[:8]))}", location="offset 0")
-    if len(data) < HEADER_SIZE or bytes(data[8:16]) != b"\0\0\0\rIHDR":
+    if len(data) < HEADER_SIZE or data[8:16] != b"\0\0\0\rIHDR":
         raise InputError("a PNG file whose header chunk is missing", location="offset 8")
-    width, height, bit_depth, colour_type, *methods = struct.unpack_from(">IIBBBBB", data, 16)
-    compression, filtering, interlace = methods
+    width, height, bit_depth, colour_type, compression, filtering, interlace = _IHDR.unpack_from(data, 16)
     if (
         not width
         or not height
@@ -149,43 +151,45 @@ def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
     chunks = _sound_chunks(data)
     if chunks is None:
         raise _damage(data)
-    kinds = {kind for kind, _ in chunks}
+    kinds = {kind for kind, _, _ in chunks}
     if found.colour_type == _PALETTE and b"PLTE" not in kinds:
         raise InputError("a PNG file with a palette, but without its PLTE chunk", location="offset 33")
-    parts = [body for kind, body in chunks if kind == b"IDAT"]
+    parts = [data[begin:end] for kind, begin, end in chunks if kind == b"IDAT"]
     promised = _raw_size(found)
     if promised > _MAX_DEFLATE_RATIO * sum(map(len, parts)):
         raise InputError(
             f"the PNG header promises {found.width}x{found.height} pixels, the file is too short",
             location="offset 16",
         )
-    return replace(found, transparent=b"tRNS" in kinds), parts
+    return (replace(found, transparent=True) if b"tRNS" in kinds else found), parts
 
 
-def _sound_chunks(data: memoryview) -> list[tuple[bytes, memoryview]] | None:
-    """Return kind and body of each chunk up to IEND, or None if anything is wrong with them.
+def _sound_chunks(data: memoryview) -> list[tuple[bytes, int, int]] | None:
+    """Return kind, begin and end of the body of each chunk up to IEND; None if anything is wrong with them.
 
     The CRC of the whole file is held against the one that follows from those of its chunks: the published
     files have fifty each, and to compute them one by one is to give the GIL away and get it back for each.
     """
-    unpack, crc32, combine = _CHUNK_HEAD.unpack_from, isal_zlib.crc32, isal_zlib.crc32_combine
-    chunks = []
-    position, end = len(SIGNATURE), len(data)
+    crc32, combine, between = isal_zlib.crc32, isal_zlib.crc32_combine, _BETWEEN_CHUNKS.unpack_from
+    position = len(SIGNATURE)
+    length, kind = _CHUNK_HEAD.unpack_from(data, position)
     expected = crc32(data[: position + 4])
-    kind = b""
-    while kind != b"IEND":
-        if position + _CHUNK_OVERHEAD > end:
-            return None
-        length, kind = unpack(data, position)
-        body = position + _CHUNK_HEAD.size
-        position = body + length + 4
-        if position > end:
-            return None
-        chunks.append((kind, data[body : position - 4]))
-        of_chunk = int.from_bytes(data[position - 4 : position], "big")
-        # What follows kind and body: their CRC, and the length of the next chunk.
-        expected = crc32(data[position - 4 : position + 4], combine(expected, of_chunk, length + 4))
-    return chunks if crc32(data[: position + 4]) == expected else None
+    begin, last = position + _CHUNK_HEAD.size, len(data) - 4
+    chunks = []
+    while (end := begin + length) <= last:
+        chunks.append((kind, begin, end))
+        if kind == b"IEND":
+            of_chunk = int.from_bytes(data[end : end + 4], "big")
+            expected = crc32(data[end : end + 4], combine(expected, of_chunk, length + 4))
+            return chunks if crc32(data[: end + 4]) == expected else None
+        begin = end + _BETWEEN_CHUNKS.size
+        if begin > last:
+            break
+        of_chunk, following, kind = between(data, end)
+        # The CRC of kind and body, then that CRC itself and the length of the next chunk.
+        expected = crc32(data[end : end + 8], combine(expected, of_chunk, length + 4))
+        length = following
+    return None
 
 
 def _damage(data: memoryview) -> InputError:

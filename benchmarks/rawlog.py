@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Frames per second of tum -> rawlog and of reading a rawlog, full-size real images, in one run.
 
-    python benchmarks/rawlog.py [--frames 720] [--jobs 2] [--runs 3]
+    python benchmarks/rawlog.py [--frames 720] [--jobs 2] [--runs 3] [--converter PROGRAM]
 
 The 90 real frames of `$TUMTOOLS_REAL_DATA` are repeated under later stamps on a memory file system. A
-frame is a pair of colour and depth. MRPT's own converter does 41 frames/s on two cores (and ruins the depth).
-Each figure is the best of all runs; converting is with verification unless it says otherwise.
+frame is a pair of colour and depth. Each figure is the best of all runs; converting is with verification
+unless it says otherwise.
+
+PROGRAM is MRPT's own converter, `rgbd_dataset2rawlog`, which ruins the depth. It ran at 41 frames/s where
+400 were asked for. Debian has its source in `mrpt-doc` (`/usr/share/doc/mrpt-doc/samples`), to be built with
+`libmrpt-dev` and cmake. Whole programs are run by turns with it, since a machine may change its speed.
 """
 
 from __future__ import annotations
@@ -22,11 +26,12 @@ from collections import deque
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Final
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from timing import print_ratio
+from timing import TUMTOOLS, Job, print_ratio, print_results, run_by_turns
 
 from tumtools.convert import ConvertOptions, convert
 from tumtools.formats.options import WriteOptions
@@ -43,6 +48,8 @@ REAL = Path(os.environ.get("TUMTOOLS_REAL_DATA", Path(__file__).parents[2] / "sh
 CORES: Final = 2
 BUDGET: Final = 400
 """Frames per second that a conversion should do on so many cores."""
+CONVERTER_BUDGET: Final = 10.0
+"""How many times as fast as MRPT's converter a conversion should be."""
 
 
 def repeat(source: Path, target: Path, frames: int) -> None:
@@ -93,6 +100,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=720)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--converter", type=Path)
     arguments = parser.parse_args()
     frames, jobs = arguments.frames, arguments.jobs
     time_it = partial(timed, frames=frames, runs=arguments.runs)
@@ -117,11 +125,39 @@ def main() -> None:
             time_it(f"open {dialect}", work=partial(read, path, jobs, None))
             time_it(f"read {dialect}, depth decoded", work=partial(read, path, jobs, ("depth",)))
             time_it(f"read {dialect}, all decoded", work=partial(read, path, jobs, ("rgb", "depth")))
+        if arguments.converter:
+            against_converter(arguments.converter, tum, folder, jobs, arguments.runs)
     for what, rate in rates.items():
         print_ratio(f"{what}, by the clock", rate.clock, BUDGET, at_least=True, unit="/s")
         print_ratio(f"{what}, on idle cores", rate.idle, BUDGET, at_least=True, unit="/s")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"peak memory {peak:.0f} MB; {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+
+
+def against_converter(program: Path, tum: Path, folder: Path, jobs: int, runs: int) -> None:
+    """Run MRPT's converter and whole conversions by turns, and print how many times as fast these are."""
+    target = folder / "target"
+
+    def remove() -> None:
+        for path in folder.glob(f"{target.name}*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+    convert_it = (*TUMTOOLS, "convert", tum, target, "--to", "rawlog", "--jobs", str(jobs))
+    theirs = "MRPT's converter"
+    programs = {
+        theirs: Job((program, tum, target), remove),
+        "tum -> rawlog": Job(convert_it, remove),
+        "  without verification": Job((*convert_it, "--no-verify"), remove),
+        "  nor a digest": Job((*convert_it, "--no-verify", "--no-digest"), remove),
+    }
+    results = run_by_turns(programs, runs)
+    print_results(results)
+    for name in list(programs)[1:]:
+        ratios = [
+            one / other for one, other in zip(results[theirs].seconds, results[name].seconds, strict=True)
+        ]
+        what = f"{theirs} / {name.strip()}, median of pairs"
+        print_ratio(what, median(ratios), CONVERTER_BUDGET, at_least=True)
 
 
 def read(path: Path, jobs: int, decoded: tuple[str, ...] | None) -> None:

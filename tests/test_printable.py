@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
-from tumtools.printable import printable
+from tumtools.printable import json_text, printable
 
 
 @pytest.mark.parametrize(
@@ -23,3 +25,11 @@ from tumtools.printable import printable
 def test_what_is_not_printed_is_escaped_once(text: str, shown: str) -> None:
     assert printable(text) == shown
     assert printable(shown) == shown
+
+
+@pytest.mark.parametrize("letter", ["\x9b", "\u202e", "\x7f", "\u2028", "\udcff", "\U000e0041"])
+def test_json_shows_what_is_not_printed_and_means_the_same(letter: str) -> None:
+    text = json_text({"name": f"a{letter}\u00e4"})
+    assert letter not in text
+    assert "\u00e4" in text
+    assert json.loads(text) == {"name": f"a{letter}\u00e4"}

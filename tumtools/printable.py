@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import json
+
 
 def printable(text: str) -> str:
     r"""Return a text with all that is not printed as escapes: `\x1b`, `\n`, `\u202e`.
@@ -16,3 +18,19 @@ def printable(text: str) -> str:
     return "".join(
         letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text
     )
+
+
+def json_text(document: object) -> str:
+    """Return a JSON document as it may be printed; JSON itself lets most of what a terminal obeys through.
+
+    Raises:
+        ValueError: It has a number that JSON does not have.
+
+    """
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+    rows = text.split("\n")
+    return "\n".join(row if row.isprintable() else "".join(map(_in_json, row)) for row in rows)
+
+
+def _in_json(letter: str) -> str:
+    return letter if letter.isprintable() else json.dumps(letter)[1:-1]

@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import re
 import sys
 import traceback as _traceback
 from contextlib import contextmanager
@@ -16,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from tumtools.errors import TumtoolsError
-from tumtools.printable import printable
+from tumtools.printable import json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -24,7 +22,6 @@ if TYPE_CHECKING:
     from tumtools.formats.options import Progress
 
 SCHEMA_VERSION: Final = 1
-_CONTROLS: Final = re.compile("[\x7f-\x9f]")
 _INDENT: Final = "\n  "
 _WIDEST: Final = 300
 """Letters of a cell of a table; names in recordings may have a million."""
@@ -52,9 +49,7 @@ def echo(text: str) -> None:
 def print_json(document: Mapping[str, object]) -> None:
     """Print one document, with the version of its schema; stamps are given as strings by the caller."""
     whole = _finite({"schema_version": SCHEMA_VERSION, **document})
-    text = json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False)
-    # JSON lets these through, and terminals take some of them for commands.
-    click.echo(_CONTROLS.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
+    click.echo(json_text(whole))
 
 
 def _finite(value: object) -> object:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import InputError, MissingInputError
+from tumtools.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +34,7 @@ def render(results: Sequence[Result]) -> str:
         for finding in result.findings
     ]
     document = {"schema_version": SCHEMA_VERSION, "accepted": entries}
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json_text(document) + "\n"
 
 
 def read(path: Path) -> frozenset[tuple[str, str]]:

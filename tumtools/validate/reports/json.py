@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Final
 
 from tumtools import __version__
+from tumtools.printable import json_text
 from tumtools.validate.finding import Severity
 from tumtools.validate.rules import RULES
 
@@ -28,7 +28,7 @@ def render(report: Report) -> str:
         "failed": report.failed,
         "sources": [_source(result, report) for result in report.results],
     }
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json_text(document) + "\n"
 
 
 def _source(result: Result, report: Report) -> dict[str, object]:

@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 from urllib.parse import quote
 
 from tumtools import __version__
+from tumtools.printable import json_text
 from tumtools.validate.document import describe
 from tumtools.validate.finding import Severity
 from tumtools.validate.rules import RULES
@@ -45,7 +45,7 @@ def render(report: Report) -> str:
             }
         ],
     }
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json_text(document) + "\n"
 
 
 def _rule(rule: Rule) -> dict[str, object]:

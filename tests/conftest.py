@@ -16,6 +16,9 @@ settings.register_profile("tumtools", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "tumtools")
 
+# Many tests start the program, which would be compiled anew each time where bytecode is not to be written.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 
 def pytest_make_parametrize_id(val: object, argname: str) -> str | None:
     """Number cases of long bytes: they may hold the time of their making; workers must agree on names."""

@@ -209,12 +209,21 @@ def test_topics_that_are_not_read_are_not_told(tmp_path: Path) -> None:
         assert [stream for stream, *_ in told(sequence)] == ["groundtruth"] * 2
     with Foreign(path, extra=offered(**{"/tf": DEEP, "/imu/data": DEEP})) as file:
         file.imu(START, 1.0)
+        file.image("/cam/image", START, 0, frame_id="elsewhere")
         moved = {"translation": ZERO, "rotation": ONE}
         one = {"header": file.header(START, "a"), "child_frame_id": "b", "transform": moved}
         file.write("/tf", messages.TF_MESSAGE, START, transforms=[one])
     with open_source(path) as sequence:
         assert sequence.groundtruth is None
         assert told(sequence) == [("accelerometer", 1, "/imu/data was offered with depth 100")]
+
+
+def test_a_topic_without_messages_is_no_loss(tmp_path: Path) -> None:
+    with Foreign(tmp_path / "x.mcap", extra=offered(**{"/imu/data": DEEP})) as file:
+        file.image("/cam/image", START, 0)
+        file.channel("/imu/data", messages.IMU)
+    with open_source(tmp_path / "x.mcap", ReadOptions(topics={"accelerometer": "/imu/data"})) as sequence:
+        assert sequence.info.not_carried == ()
 
 
 @pytest.mark.parametrize(

@@ -135,6 +135,41 @@ def test_files_that_are_not_carried_are_all_counted_once(folder: Path, tmp_path:
     assert [(loss.stream, loss.count) for loss in report.losses] == counts
 
 
+@pytest.mark.parametrize("dry_run", [True, False])
+@pytest.mark.parametrize(
+    ("selection", "is_part"),
+    [
+        (Selection(), False),
+        (Selection(streams=("rgb", "depth")), False),
+        (Selection(every=2), True),
+        (Selection(start=0), True),
+        (Selection(streams=("depth",), end=2**62), True),
+    ],
+)
+def test_what_is_counted_in_the_whole_source_though_a_part_was_asked_for_is_said_so(
+    folder: Path, tmp_path: Path, selection: Selection, is_part: bool, dry_run: bool
+) -> None:
+    (folder / "notes.md").write_text("hello")
+    options = ConvertOptions(selection, dry_run=dry_run)
+    with open_source(folder) as sequence:
+        (before,) = sequence.info.not_carried
+        report = convert(sequence, tmp_path / "x.mcap", "mcap", WriteOptions(depth_encoding="16UC1"), options)
+    of_source, of_pixels = report.losses
+    assert of_source.why == ("counted in the whole source: " if is_part else "") + before.why
+    assert (of_source.stream, of_source.count) == ("notes.md", 1)
+    assert "whole source" not in of_pixels.why, "the writer has seen no more than the part"
+
+
+def test_strict_says_that_what_it_refuses_may_lie_outside_of_the_part(folder: Path, tmp_path: Path) -> None:
+    (folder / "notes.md").write_text("hello")
+    options = ConvertOptions(Selection(every=2), strict=True)
+    with (
+        open_source(folder) as sequence,
+        pytest.raises(LossRefusedError, match="counted in the whole source"),
+    ):
+        convert(sequence, tmp_path / "x.mcap", "mcap", options=options)
+
+
 def test_equal_losses_are_added_and_those_told_twice_are_not() -> None:
     one, worse = Loss("x", "w", 1, "y", 0.1, "m"), Loss("x", "w", 2, "y", 0.5, "m")
     assert sum_losses([one, worse, one]) == (Loss("x", "w", 4, "y", 0.5, "m"),)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import InputError, InternalError, LossRefusedError, UsageError
 from tumtools.fingerprint import Recorded
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from tumtools.model.sequence import Loss, Sequence
+
+_WHOLE: Final = "counted in the whole source: "
+"""Stands before the reason of a loss where only a part of the source is converted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,13 +221,19 @@ def _dry_run(prepared: Sequence, plan: Plan, report: Report, jobs: int, progress
 
 
 def _of_streams(sequence: Sequence, selection: Selection) -> tuple[Loss, ...]:
-    """Return what the reader could not carry, but for streams that are not asked for: these are no loss."""
+    """Return what the reader could not carry, but for streams that are not asked for: these are no loss.
+
+    The reader counts all that it meets; which of it lies within the times chosen is not known, and said.
+    """
     info = sequence.info
     places = {**info.sources, **{stream: image.source for stream, image in info.images.items()}}
     unwanted = {name for name in STREAMS if not selection.has(name)}
     unwanted |= {place for stream, place in places.items() if stream in unwanted and place}
     unwanted -= {place for stream, place in places.items() if stream not in unwanted and place}
-    return tuple(loss for loss in info.not_carried if loss.stream not in unwanted)
+    losses = tuple(loss for loss in info.not_carried if loss.stream not in unwanted)
+    if selection.keeps_all_rows:
+        return losses
+    return tuple(replace(loss, why=f"{_WHOLE}{loss.why}") for loss in losses)
 
 
 def _refuse_no_streams(sequence: Sequence) -> None:

@@ -54,7 +54,12 @@ class Selection:
     @property
     def keeps_all(self) -> bool:
         """Whether nothing is taken out."""
-        return self.streams is None and self.start is None and self.end is None and self.every == 1
+        return self.streams is None and self.keeps_all_rows
+
+    @property
+    def keeps_all_rows(self) -> bool:
+        """Whether nothing is taken out of a stream that is kept."""
+        return self.start is None and self.end is None and self.every == 1
 
     def has(self, stream: str) -> bool:
         """Whether a stream is kept."""

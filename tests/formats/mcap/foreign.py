@@ -31,12 +31,14 @@ class Foreign:
         path: The file.
         encoding: Of the messages.
         writer: Arguments of the library's writer.
+        extra: What to keep beside a topic.
 
     """
 
     path: Path
     encoding: MessageEncoding = "cdr"
     writer: dict[str, Any] = field(default_factory=dict)
+    extra: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def __enter__(self) -> Self:
         self._file = self.path.open("wb")
@@ -66,7 +68,9 @@ class Foreign:
             schema = "ros1msg" if self.encoding == "ros1" else "ros2msg"
             self._schemas[kind] = self.library.register_schema(name, schema, text.encode())
         if topic not in self._channels:
-            self._channels[topic] = self.library.register_channel(topic, self.encoding, self._schemas[kind])
+            self._channels[topic] = self.library.register_channel(
+                topic, self.encoding, self._schemas[kind], self.extra.get(topic, {})
+            )
         return self._channels[topic]
 
     def write(

@@ -124,7 +124,9 @@ class McapRecording(Recording):
                 count = len(self._index.get(number, _NO_ENTRIES))
             qos = channel.extra.get("offered_qos_profiles", "")
             latched = is_latched(qos) or channel.extra.get("latching") == "1"
-            yield Channel(number, channel.topic, full_name(name), encoding, definition, count, latched)
+            yield Channel(
+                number, channel.topic, full_name(name), encoding, definition, count, latched, (qos,)
+            )
 
     def _read_index(self) -> dict[int, npt.NDArray[np.int64]]:
         """Return log time, chunk and offset of the messages of each channel, shape [n, 3], in order."""

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from tumtools.formats.ros.layouts import TF_TOPIC
+from tumtools.formats.ros.layouts import TF_STATIC_TOPIC, TF_TOPIC
+from tumtools.formats.ros.qos import beyond_ours
 from tumtools.model.sequence import Loss
 from tumtools.model.time import NANOSECONDS_PER_SECOND
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from tumtools.formats.ros.codec import Columns, Message
     from tumtools.formats.ros.gather import Gathered
     from tumtools.formats.ros.recording import Channel, Recording
+    from tumtools.formats.ros.topics import Resolution
     from tumtools.model.signals import Trajectory
 
 _INERTIAL: Final = "inertial values besides acceleration"
@@ -39,6 +41,8 @@ _WHY: Final = {
 _UNKNOWN: Final = -1.0
 """First number of a covariance whose values are not there (sensor_msgs/Imu)."""
 _NO_ROTATION: Final = (0.0, 0.0, 0.0, 1.0)
+_SHOWN: Final = 3
+"""Profiles of a topic."""
 
 
 def beside_the_streams(found: Gathered) -> Iterator[Loss]:
@@ -81,6 +85,31 @@ def added_transforms(
     for channel in recording.channels:
         if channel.topic == TF_TOPIC and channel not in used and (channel.count or 0) > poses:
             yield Loss(channel.topic, TRANSFORMS, (channel.count or 0) - poses, _WHY[TRANSFORMS])
+
+
+def offers(resolution: Resolution, *, composed: bool) -> Iterator[Loss]:
+    """Yield how the topics that were read were offered, where it is not how we write them.
+
+    Args:
+        resolution: Which channel is what.
+        composed: Whether the ground truth was composed from the transforms.
+
+    """
+    read = [*resolution.channels.items(), *resolution.infos.items()]
+    read += [("groundtruth", channel) for channel in resolution.transforms if composed]
+    for stream, channel in dict.fromkeys(read):
+        if channel.count == 0:
+            continue
+        # Transforms that do not change are latched in all of ROS, and say nothing by it.
+        static = channel.topic.strip("/") == TF_STATIC_TOPIC.strip("/")
+        if found := beyond_ours(channel.qos, latched=static):
+            more = f" and {len(found) - _SHOWN} more profiles" if len(found) > _SHOWN else ""
+            how = "; with ".join(found[:_SHOWN])
+            why = f"{channel.topic} was offered with {how}{more}, and a sequence has no place for that"
+            yield Loss(stream, "QoS profile not kept", len(found), why)
+        if channel.encoding == "ros1" and channel.latched and not static:
+            why = f"{channel.topic} was latched, and a sequence has no place for that"
+            yield Loss(stream, "latching not kept", 1, why)
 
 
 def late_losses(stream: str, late: Lateness) -> Iterator[Loss]:

@@ -15,7 +15,7 @@ import numpy as np
 from tumtools.errors import InputError, UsageError
 from tumtools.formats.cameras import own_calibrations
 from tumtools.formats.ros import signals
-from tumtools.formats.ros.besides import added_transforms, beside_the_streams, has_window
+from tumtools.formats.ros.besides import added_transforms, beside_the_streams, has_window, offers
 from tumtools.formats.ros.codec import MessageType
 from tumtools.formats.ros.collectors import header_stamp
 from tumtools.formats.ros.gather import Gathered, gather
@@ -115,6 +115,7 @@ class RosSequence(Sequence):
         elif "accelerometer" in places:
             self.accelerometer = Accelerometer.empty()
         self.groundtruth = self._groundtruth(found, expected="groundtruth" in places)
+        self._unused += offers(self._resolution, composed=bool(self._way))
         if self._meta is not None:
             self._unused += added_transforms(recording, self._channels.values(), self.groundtruth)
         self._images = ImageOrder(

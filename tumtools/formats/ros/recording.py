@@ -41,6 +41,7 @@ class Channel:
             (`====` lines and `MSG: package/Type`); empty if the container has none.
         count: How many messages, where an index tells; else None.
         latched: Late subscribers get the last message (ROS 1 latching, ROS 2 transient local).
+        qos: Profiles that it was offered with, as the container has them: texts of YAML.
 
     """
 
@@ -51,6 +52,7 @@ class Channel:
     definition: str
     count: int | None = None
     latched: bool = False
+    qos: tuple[str, ...] = ()
 
 
 class RawMessage(NamedTuple):

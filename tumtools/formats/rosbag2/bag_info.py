@@ -129,8 +129,12 @@ def _qos(entry: Mapping[object, object]) -> tuple[str, str]:
     topic = entry.get("topic_metadata")
     if not isinstance(topic, dict):
         return "", ""
-    profiles = topic.get("offered_qos_profiles")
-    return _text(topic, "name"), profiles if isinstance(profiles, str) else yaml.safe_dump(profiles)
+    profiles = topic.get("offered_qos_profiles") or ""
+    try:
+        text = profiles if isinstance(profiles, str) else yaml.safe_dump(profiles)
+    except RecursionError:
+        text = "too deep"  # no profiles, but something that is not kept
+    return _text(topic, "name"), text
 
 
 @dataclass(frozen=True, slots=True)

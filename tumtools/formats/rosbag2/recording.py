@@ -274,12 +274,14 @@ def _merge_channels(
     places: list[dict[int, Channel]] = [{} for _ in parts]
     for group in groups.values():
         first = group[0][1]
+        qos = [*(text for _, c in group for text in c.qos), info.qos.get(first.topic, "")]
         channel = replace(
             first,
             id=len(merged),
             definition=next((c.definition for _, c in group if c.definition), ""),
             count=sum(c.count or 0 for _, c in group),
-            latched=first.latched or is_latched(info.qos.get(first.topic, "")),
+            latched=first.latched or is_latched(qos[-1]),
+            qos=tuple(dict.fromkeys(qos)),
         )
         merged.append(channel)
         for number, own in group:

@@ -186,7 +186,7 @@ def _topics(database: sqlite3.Connection) -> dict[int, _Topic]:
         int(number): _Topic(
             Channel(
                 int(number), str(name), str(kind), "cdr", definitions.get(str(kind), ""),
-                latched=is_latched(str(profiles)),
+                latched=is_latched(str(profiles)), qos=(str(profiles or ""),),
             ),
             str(serialization),
         )

@@ -118,24 +118,26 @@ class McapRecording(Recording):
                 # Not of ROS (protobuf, JSON, flatbuffer): named, and left alone.
                 encoding, definition = "cdr", ""
                 name = f"{kind or channel.encoding}/{name or 'unknown'}"
-            if self._file.counts is not None:
-                count = self._file.counts.get(number, 0)
-            else:
-                count = len(self._index.get(number, _NO_ENTRIES))
+            count = len(self._index.get(number, _NO_ENTRIES))
             qos = channel.extra.get("offered_qos_profiles", "")
             latched = is_latched(qos) or channel.extra.get("latching") == "1"
             yield Channel(number, channel.topic, full_name(name), encoding, definition, count, latched)
 
     def _read_index(self) -> dict[int, npt.NDArray[np.int64]]:
         """Return log time, chunk and offset of the messages of each channel, shape [n, 3], in order."""
+        file = self._file
         try:
-            index = self._gather_index()
+            index: dict[int, npt.NDArray[np.int64]] = {}
+            if not file.is_scanned:
+                index = self._index_of_chunks()
+                file.look_beside_the_index(_counts(index))
+            index = self._with_scanned({} if file.is_scanned else index)
             self._check_places(index)
-            self._file.check_counts({channel: len(entries) for channel, entries in index.items()})
+            file.check_counts(_counts(index))
         except InputError as error:
-            self._file.read_without_index(error)
-            return self._gather_index()
-        return index
+            file.read_without_index(error)
+            index = self._with_scanned({})
+        return {channel: self._sorted(entries) for channel, entries in index.items()}
 
     def _check_places(self, index: Mapping[int, npt.NDArray[np.int64]]) -> None:
         """Refuse an index that names one message twice, in place of another: no checksum covers it."""
@@ -149,16 +151,29 @@ class McapRecording(Recording):
                 chunk, message, offset, "the file is damaged; --salvage reads it without its index"
             )
 
-    def _gather_index(self) -> dict[int, npt.NDArray[np.int64]]:
-        if self._file.scanned:
-            return {
-                channel: _sorted(np.array(rows, np.int64)) for channel, rows in self._file.scanned.items()
-            }
+    def _index_of_chunks(self) -> dict[int, npt.NDArray[np.int64]]:
         found: dict[int, list[tuple[int, bytes]]] = {}
         for number, chunk in enumerate(self._file.chunks):
             for channel, entries in self._chunk_index(number, chunk.index):
                 found.setdefault(channel, []).append((number, entries))
-        return {channel: _sorted(_with_chunks(parts)) for channel, parts in found.items()}
+        return {channel: _with_chunks(parts) for channel, parts in found.items()}
+
+    def _with_scanned(self, index: Mapping[int, npt.NDArray[np.int64]]) -> dict[int, npt.NDArray[np.int64]]:
+        """Return an index together with what was found without one."""
+        scanned = {channel: np.array(rows, np.int64) for channel, rows in self._file.scanned.items()}
+        return {
+            channel: np.concatenate([one[channel] for one in (index, scanned) if channel in one])
+            for channel in sorted(index.keys() | scanned.keys())
+        }
+
+    def _sorted(self, entries: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Return entries (log time, chunk and offset first) in order of log time and place in the file."""
+        chunks, offsets = entries[:, 1], entries[:, 2]
+        places = chunks
+        if (chunks == LOOSE).any():  # else the order of chunks is that of their places
+            starts = np.array([*(chunk.offset for chunk in self._file.chunks), 0], np.uint64)
+            places = np.where(chunks == LOOSE, offsets.astype(np.uint64), starts[chunks])
+        return entries[np.lexsort((offsets, places, entries[:, 0]))]
 
     def _chunk_index(self, number: int, offsets: Mapping[int, int]) -> Iterator[tuple[int, bytes]]:
         """Yield the message index of each channel: its entries as they are in the file."""
@@ -248,7 +263,7 @@ class McapRecording(Recording):
         parts = [
             np.insert(self._index[number], 3, number, axis=1) for number in channels if number in self._index
         ]
-        return _sorted(np.concatenate(parts)) if parts else np.empty((0, 4), np.int64)
+        return self._sorted(np.concatenate(parts)) if parts else np.empty((0, 4), np.int64)
 
     def _parts(
         self, entries: npt.NDArray[np.int64]
@@ -356,5 +371,5 @@ def _with_chunks(parts: list[tuple[int, bytes]]) -> npt.NDArray[np.int64]:
     return np.stack([pairs[:, 0], chunks, pairs[:, 1]], axis=1)
 
 
-def _sorted(entries: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    return entries[np.lexsort((entries[:, 2], entries[:, 1], entries[:, 0]))]
+def _counts(index: Mapping[int, npt.NDArray[np.int64]]) -> dict[int, int]:
+    return {channel: len(entries) for channel, entries in index.items()}

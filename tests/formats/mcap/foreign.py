@@ -62,6 +62,10 @@ class Foreign:
         yield
         setattr(self.library, chunks, builder)
 
+    def forget(self) -> None:
+        """Go on with other channels and schemas, as another recorder would."""
+        self._schemas, self._channels = {}, {}
+
     def copy(self, ours: Recording, later: int = 0) -> None:
         """Write our metadata and messages again, each received some nanoseconds later than the one before."""
         self.library.add_metadata("tumtools", dict(ours.metadata or {}))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mcap.reader import NonSeekingReader
 
-from tests.formats.mcap.by_hand import ByHand, One, in_order, value
+from tests.formats.mcap.by_hand import ByHand, One, in_order, value_of
 from tests.formats.mcap.foreign import Foreign
 from tests.memory import START
 from tumtools.cli.main import run
@@ -54,7 +54,7 @@ TWO = ByHand(
 
 def _read(recording: Recording) -> list[tuple[int, float]]:
     found = recording.messages(recording.channels)
-    return [(one.log_time, float(np.frombuffer(one.data[-96:-88], "<f8")[0])) for one in found]
+    return [(one.log_time, value_of(one.data)) for one in found]
 
 
 @pytest.mark.parametrize("message_index", [True, False])
@@ -66,7 +66,9 @@ def test_all_messages_are_found_in_order_of_time_and_place(
     """As the reference library finds them, when it reads from the beginning; by its index it misses some."""
     path = replace(file, by_channel=by_channel, message_index=message_index).write(tmp_path / "x.mcap")
     with path.open("rb") as stream:
-        theirs = [(one.log_time, value(one)) for _, _, one in NonSeekingReader(stream).iter_messages()]
+        theirs = [
+            (one.log_time, value_of(one.data)) for _, _, one in NonSeekingReader(stream).iter_messages()
+        ]
     assert theirs == in_order(file)
     recording = McapRecording(path)
     assert _read(recording) == theirs

@@ -198,6 +198,8 @@ class McapFile:
         op, content, _ = self.record(footer, end)
         if op != Op.FOOTER:
             raise self.error(f"there is a record 0x{op:02x} where the footer should be", footer, _CUT_OFF)
+        if len(content) != FOOTER.size:
+            raise self.error(f"the footer says it has {len(content)} bytes, not {FOOTER.size}", footer)
         start, _, crc = FOOTER.unpack(content)
         if not start:
             return False

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
@@ -15,6 +16,7 @@ from tumtools.formats.ros import messages
 from tumtools.images.codec import pixels_of, png_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from tumtools.formats.ros.recording import MessageEncoding, Recording
@@ -51,6 +53,20 @@ class Foreign:
     def __exit__(self, *error: object) -> None:
         self.library.finish()
         self._file.close()
+
+    @contextmanager
+    def beside_the_chunks(self) -> Iterator[None]:
+        """Write messages to no chunk, which the library does only for a file without any."""
+        chunks, end_chunk = "_Writer__chunk_builder", "_Writer__finalize_chunk"
+        getattr(self.library, end_chunk)()
+        builder = getattr(self.library, chunks)
+        setattr(self.library, chunks, None)
+        yield
+        setattr(self.library, chunks, builder)
+
+    def forget(self) -> None:
+        """Go on with other channels and schemas, as another recorder would."""
+        self._schemas, self._channels = {}, {}
 
     def copy(self, ours: Recording, later: int = 0) -> None:
         """Write our metadata and messages again, each received some nanoseconds later than the one before."""

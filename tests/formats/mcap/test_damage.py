@@ -272,6 +272,17 @@ def test_sizes_that_lie_take_no_memory(tmp_path: Path, records: bytes, why: str)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 400_000
 
 
+def test_a_footer_of_another_length_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    data = bytearray(_ours(path))
+    data[len(data) - len(MAGIC) - 28] ^= 1 << 4
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="the footer says it has 4 bytes") as caught:
+        _read_all(path)
+    assert caught.value.location == f"offset {len(data) - len(MAGIC) - 29}"
+    assert _read_all(path, ReadOptions(salvage=True))
+
+
 def test_an_unknown_compression_is_named(tmp_path: Path) -> None:
     path = tmp_path / "x.mcap"
     path.write_bytes(_file(_chunk(b"x", 1, "brotli")) + END)

@@ -81,14 +81,10 @@ def test_what_the_writer_left_out_is_found_all_the_same(
 
 def test_messages_beside_the_chunks_are_found_if_nothing_counts_them(tmp_path: Path) -> None:
     """An index names messages in chunks only."""
-    chunks, end_chunk = "_Writer__chunk_builder", "_Writer__finalize_chunk"
     with Foreign(tmp_path / "x.mcap", writer={"use_statistics": False}) as file:
         file.imu(START, 0.0)
-        getattr(file.library, end_chunk)()
-        builder = getattr(file.library, chunks)
-        setattr(file.library, chunks, None)
-        file.imu(START + 1, 1.0)
-        setattr(file.library, chunks, builder)
+        with file.beside_the_chunks():
+            file.imu(START + 1, 1.0)
     with open_source(tmp_path / "x.mcap") as sequence:
         assert sequence.accelerometer is not None
         assert sequence.accelerometer.values[:, 0].tolist() == [0, 1]

@@ -7,14 +7,14 @@ from __future__ import annotations
 import mmap
 import struct
 from collections import Counter
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
 from isal import isal_zlib
 
-from tumtools.errors import InputError, UnsupportedInputError
+from tumtools.errors import InputError
 from tumtools.formats.mcap.passed_over import PassedOver
 from tumtools.formats.mcap.records import (
-    CHUNK_HEADER,
     FOOTER,
     FOOTER_RECORD_SIZE,
     MAGIC,
@@ -23,8 +23,9 @@ from tumtools.formats.mcap.records import (
     Fields,
     Op,
 )
+from tumtools.formats.mcap.statistics import Statistics, read_statistics
 from tumtools.formats.mcap.structure import ChunkPlace, RawChannel, Schema
-from tumtools.formats.mcap.unpack import COMPRESSIONS, unpack
+from tumtools.formats.mcap.unpack import DAMAGED, records_of_chunk
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 from tumtools.formats.ros.pages import Pages
 
@@ -33,15 +34,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _NOTES: Final = (RECORD, DIGEST_RECORD)
+_ENDS: Final = frozenset({Op.FOOTER, Op.DATA_END})
 LOOSE: Final = -1
 """Chunk number of messages that are in no chunk."""
-_MAX_CHUNK_BYTES: Final = 1 << 28
-"""A chunk that says it is larger than 256 MiB is taken for damaged; writers make them of a few MB."""
 _CHUNK_INDEX: Final = struct.Struct("<QQQQ")
 """First and last log time, offset and size of the chunk's record."""
-_STATISTICS: Final = struct.Struct("<QHIIIIQQ")
-"""Counts of messages, schemas, channels, attachments, metadata records, chunks; first and last log time."""
-_DAMAGED: Final = "the file is damaged; get it again, or leave this chunk out with --salvage"
 _CUT_OFF: Final = "the file was cut off; --salvage reads what is there"
 
 
@@ -58,8 +55,9 @@ class McapFile:
         schemas: By number.
         channels: By number.
         chunks: In the order of the file.
-        counts: Messages of each channel, if the file has statistics.
-        scanned: Channel -> (log time, chunk, offset) of each message; only if there was no index.
+        statistics: What it says of how much it holds; None if it does not, or is salvaged.
+        is_scanned: Whether all records were read for want of an index.
+        scanned: Channel -> (log time, chunk, offset) of each message that was found without an index.
         notes: The metadata records named `tumtools` and `tumtools.digest`, as far as they are there.
         other_notes: How many metadata records there are besides, by name.
         attachments: How many there are.
@@ -114,33 +112,53 @@ class McapFile:
         self._scan()
 
     def check_counts(self, found: Mapping[int, int]) -> None:
-        """Hold the number of messages in the index against the statistics, which have a checksum.
+        """Hold the number of messages of each channel against the statistics, which have a checksum.
 
         Raises:
             InputError: They differ.
 
         """
-        for channel, count in (self.counts or {}).items():
-            if found.get(channel, 0) != count:
-                raise self.error(
-                    f"the statistics count {count} messages of channel {channel}, its index "
-                    f"{found.get(channel, 0)}",
-                    self._statistics_offset,
-                    "the file is damaged; --salvage reads it without its index",
-                )
+        if self.statistics is not None and (difference := self.statistics.difference(found)):
+            raise self.error(
+                f"the statistics count {difference}",
+                self.statistics.offset,
+                "the file is damaged; --salvage reads what is there",
+            )
+
+    def look_beside_the_index(self, found: Mapping[int, int]) -> None:
+        """Look for messages that lie beside the chunks, if the statistics count more than an index names.
+
+        Raises:
+            InputError: The file is damaged.
+
+        """
+        if self.statistics is None or not self.statistics.difference(found):
+            return
+        if self.statistics.counts is None:
+            # Then the summary need not describe the channels of messages that are in no chunk.
+            self._scan()
+            return
+        offset, end = len(MAGIC), len(self.data)
+        while offset < end:
+            op, content, following = self.record(offset, end)
+            if op in _ENDS:
+                return
+            self.pages.read(offset, RECORD_HEADER.size)
+            if op == Op.MESSAGE:
+                self._note_loose(content, offset)
+            offset = following
 
     def _start_again(self) -> None:
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, RawChannel] = {}
         self.chunks: list[ChunkPlace] = []
         self._sound: set[int] = set()  # offsets of chunks whose CRC is right
-        self.counts: Mapping[int, int] | None = None
+        self.statistics: Statistics | None = None
+        self.is_scanned = False
         self.scanned: dict[int, list[tuple[int, int, int]]] = {}
         self.attachments = 0
         self.other_notes: Counter[str] = Counter()
         self._metadata_records = 0
-        self._side_records = (0, 0)
-        self._statistics_offset = 0
 
     def error(self, message: str, offset: int, hint: str | None = None) -> InputError:
         """Return an error at an offset of this file."""
@@ -180,6 +198,8 @@ class McapFile:
         op, content, _ = self.record(footer, end)
         if op != Op.FOOTER:
             raise self.error(f"there is a record 0x{op:02x} where the footer should be", footer, _CUT_OFF)
+        if len(content) != FOOTER.size:
+            raise self.error(f"the footer says it has {len(content)} bytes, not {FOOTER.size}", footer)
         start, _, crc = FOOTER.unpack(content)
         if not start:
             return False
@@ -196,37 +216,41 @@ class McapFile:
 
     def _is_complete(self) -> bool:
         """Tell whether the summary repeats all that is needed; writers may leave out any part of it."""
+        statistics = self.statistics
         if not self.chunks:
-            return self.counts == {}
+            return statistics is not None and statistics.counts == {}
         places = [chunk.offset for chunk in self.chunks]
         places += [offset for chunk in self.chunks for offset in chunk.index.values()]
         if len(set(places)) < len(places):
             raise self.error("the index of chunks names a place twice", min(places))
-        used = {channel for chunk in self.chunks for channel in chunk.index} | set(self.counts or ())
+        self.chunks.sort(key=attrgetter("offset"))  # messages of one time come as they do in the file
+        used = {channel for chunk in self.chunks for channel in chunk.index}
         schemas = {channel.schema for channel in self.channels.values()} - {0}
         return (
-            self.counts is not None  # else there may be messages in no chunk, which no index names
+            statistics is not None  # else there may be messages in no chunk, which no index names
             and bool(self.channels)
-            and used <= self.channels.keys()
+            and used | set(statistics.counts or ()) <= self.channels.keys()
             and schemas <= self.schemas.keys()
-            and self._side_records == (self.attachments, self._metadata_records)
+            and (statistics.attachments, statistics.records) == (self.attachments, self._metadata_records)
         )
 
     def _scan_beyond_the_summary(self) -> None:
         """Read all records, and keep what the summary says of those that cannot be read."""
         channels, schemas = self.channels, self.schemas
-        self.passed_over.promise(self.counts, self.attachments, self._metadata_records)
+        self.passed_over.promise(self.statistics, self.attachments, self._metadata_records)
         self._scan()
         self.channels, self.schemas = channels | self.channels, schemas | self.schemas
 
     def _scan(self) -> None:
         """Read all records of the data section, in order, for want of an index."""
         offset, end = len(MAGIC), len(self.data)
+        statistics = None if self._salvage else self.statistics
         self._start_again()
+        self.statistics, self.is_scanned = statistics, True
         while offset < end:
             try:
                 op, content, following = self.record(offset, end)
-                if op in {Op.FOOTER, Op.DATA_END}:
+                if op in _ENDS:
                     return
                 if op == Op.CHUNK:
                     self._scan_chunk(offset, len(content))
@@ -268,10 +292,7 @@ class McapFile:
             _, _, start, _ = fields.unpack(_CHUNK_INDEX)
             self.chunks.append(ChunkPlace(start, fields.number_map()))
         elif op == Op.STATISTICS:
-            _, _, _, attachments, records, _, _, _ = fields.unpack(_STATISTICS)
-            self._side_records = (attachments, records)
-            self._statistics_offset = offset
-            self.counts = fields.number_map()
+            self.statistics = read_statistics(fields, offset)
         elif op == Op.METADATA_INDEX:
             self._metadata_records += 1
             place, _ = fields.number("Q"), fields.number("Q")
@@ -354,27 +375,10 @@ class McapFile:
         op, content, _ = self.record(offset, len(self.data))
         if op != Op.CHUNK:
             raise self.error(f"the index names a chunk here, there is a record 0x{op:02x}", offset)
-        fields = Fields(content, offset + RECORD_HEADER.size, self.path)
-        _, _, size, crc = fields.unpack(CHUNK_HEADER)
-        compression = fields.string()
-        packed = fields.take(fields.number("Q"))
-        if size > _MAX_CHUNK_BYTES:
-            raise self.error(
-                f"the chunk says it has {size} bytes; none has more than {_MAX_CHUNK_BYTES}", offset
-            )
-        self.pages.read(offset, len(packed))
-        if compression not in COMPRESSIONS:
-            raise UnsupportedInputError(
-                f"chunks compressed with {compression!r}", path=self.path, location=f"offset {offset}"
-            )
-        try:
-            records = unpack(packed, compression, size)
-        except ValueError as error:
-            raise self.error(str(error), offset, _DAMAGED) from error
-        if len(records) != size:
-            raise self.error(f"the chunk has {len(records)} bytes, its header says {size}", offset)
+        self.pages.read(offset, len(content))
+        records, crc = records_of_chunk(content, offset, self.path)
         if crc and offset not in self._sound:
             if isal_zlib.crc32(records) != crc:
-                raise self.error("the CRC of the chunk is wrong", offset, _DAMAGED)
+                raise self.error("the CRC of the chunk is wrong", offset, DAMAGED)
             self._sound.add(offset)
         return records

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from tumtools.errors import InputError
+    from tumtools.formats.mcap.statistics import Statistics
 
 _UNKNOWN_END: Final = "the file was cut off; how it went on is not known"
 
@@ -30,7 +31,7 @@ class PassedOver:
     nbytes: int = 0
     is_cut: bool = False
     _why: str = ""
-    _counts: Mapping[int, int] | None = None
+    _statistics: Statistics | None = None
     _attachments: int = 0
     _records: int = 0
 
@@ -39,16 +40,16 @@ class PassedOver:
         self._why = self._why or f"{error.location}: {error.message}"
         self.nbytes += nbytes
 
-    def promise(self, counts: Mapping[int, int] | None, attachments: int, records: int) -> None:
+    def promise(self, statistics: Statistics | None, attachments: int, records: int) -> None:
         """Note what there should be, by a summary whose checksum is right.
 
         Args:
-            counts: Messages of each channel; None if they are not counted.
+            statistics: With the number of messages; None if they are not counted.
             attachments: How many there are.
             records: How many metadata records there are.
 
         """
-        self._counts, self._attachments, self._records = counts, attachments, records
+        self._statistics, self._attachments, self._records = statistics, attachments, records
 
     def losses(
         self, found: Mapping[int, int], topics: Mapping[int, str], attachments: int, records: int
@@ -63,12 +64,10 @@ class PassedOver:
 
         """
         why = self._why or "the summary of the file counts more than are there"
-        if self._counts is None and self.nbytes:
+        if self._statistics is None and self.nbytes:
             yield Loss(RECORDING, f"bytes {LEFT_OUT}", self.nbytes, why)
-        for number, count in sorted((self._counts or {}).items()):
-            missing = count - found.get(number, 0)
-            if missing > 0:
-                yield Loss(topics.get(number, RECORDING), f"messages {LEFT_OUT}", missing, why)
+        for number, missing in self._statistics.missing(found) if self._statistics else ():
+            yield Loss(topics.get(number, RECORDING), f"messages {LEFT_OUT}", missing, why)
         if self.is_cut:
             yield Loss(RECORDING, "end missing", 1, _UNKNOWN_END)
         if self._attachments > attachments:

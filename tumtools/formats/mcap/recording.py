@@ -6,34 +6,30 @@ from __future__ import annotations
 
 import struct
 from collections import OrderedDict
+from contextlib import closing
 from threading import Lock
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from tumtools.errors import InputError
+from tumtools.formats.mcap.channels import channels_of
 from tumtools.formats.mcap.file import LOOSE, McapFile
 from tumtools.formats.mcap.records import CHUNK_HEADER, INDEX_ENTRY, MESSAGE_HEADER, RECORD_HEADER, Fields, Op
 from tumtools.formats.metadata import DIGEST_RECORD, RECORD
 from tumtools.formats.ros.batches import BATCH, Batch, in_batches, is_interleaved, rows_at
-from tumtools.formats.ros.definitions import full_name
-from tumtools.formats.ros.qos import is_latched
-from tumtools.formats.ros.recording import Channel, MessageEncoding, RawMessage, Recording
+from tumtools.formats.ros.recording import Channel, RawMessage, Recording
 from tumtools.images.parallel import ordered_map
-from tumtools.model.sequence import RECORDING, Loss
+from tumtools.model.sequence import RECORDING, Loss, sum_losses
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Collection, Generator, Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
 
 _CACHED_CHUNKS: Final = 8
 _CACHED_BYTES: Final = 1 << 25
-_ENCODINGS: Final[dict[tuple[str, str], MessageEncoding]] = {
-    ("ros2msg", "cdr"): "cdr",
-    ("ros1msg", "ros1"): "ros1",
-}
 _HEAD: Final = struct.Struct("<BQHIqq")
 """`RECORD_HEADER` and `MESSAGE_HEADER`."""
 _HEADS: Final = np.dtype(
@@ -77,9 +73,10 @@ class McapRecording(Recording):
         self._index = self._read_index()
         self.metadata = self._file.notes.get(RECORD)
         self.digest = self._file.notes.get(DIGEST_RECORD)
-        self.channels = tuple(self._make_channels())
+        self._channel_of = channels_of(self._file.channels, self._file.schemas, _counts(self._index))
+        self.channels = tuple({channel.id: channel for channel in self._channel_of.values()}.values())
         self.not_carried = tuple(self._besides())
-        self.left_out = tuple(self._passed_over())
+        self.left_out = sum_losses(self._passed_over())
         self.warnings = tuple(self._file.warnings)
 
     def _besides(self) -> Iterator[Loss]:
@@ -100,44 +97,25 @@ class McapRecording(Recording):
     def _passed_over(self) -> Iterator[Loss]:
         """Yield what has been left out of a file that is salvaged."""
         file = self._file
-        return file.passed_over.losses(
-            {number: len(entries) for number, entries in self._index.items()},
-            {number: channel.topic for number, channel in file.channels.items()},
-            file.attachments,
-            len(file.notes) + file.other_notes.total(),
-        )
-
-    def _make_channels(self) -> Iterator[Channel]:
-        for number, channel in sorted(self._file.channels.items()):
-            schema = self._file.schemas.get(channel.schema)
-            name, kind, definition = (
-                (schema.name, schema.encoding, schema.definition) if schema else ("", "", "")
-            )
-            encoding = _ENCODINGS.get((kind, channel.encoding))
-            if encoding is None:
-                # Not of ROS (protobuf, JSON, flatbuffer): named, and left alone.
-                encoding, definition = "cdr", ""
-                name = f"{kind or channel.encoding}/{name or 'unknown'}"
-            if self._file.counts is not None:
-                count = self._file.counts.get(number, 0)
-            else:
-                count = len(self._index.get(number, _NO_ENTRIES))
-            qos = channel.extra.get("offered_qos_profiles", "")
-            latched = is_latched(qos) or channel.extra.get("latching") == "1"
-            yield Channel(
-                number, channel.topic, full_name(name), encoding, definition, count, latched, (qos,)
-            )
+        topics = {number: channel.topic for number, channel in file.channels.items()}
+        records = len(file.notes) + file.other_notes.total()
+        return file.passed_over.losses(_counts(self._index), topics, file.attachments, records)
 
     def _read_index(self) -> dict[int, npt.NDArray[np.int64]]:
         """Return log time, chunk and offset of the messages of each channel, shape [n, 3], in order."""
+        file = self._file
         try:
-            index = self._gather_index()
+            index: dict[int, npt.NDArray[np.int64]] = {}
+            if not file.is_scanned:
+                index = self._index_of_chunks()
+                file.look_beside_the_index(_counts(index))
+            index = self._with_scanned({} if file.is_scanned else index)
             self._check_places(index)
-            self._file.check_counts({channel: len(entries) for channel, entries in index.items()})
+            file.check_counts(_counts(index))
         except InputError as error:
-            self._file.read_without_index(error)
-            return self._gather_index()
-        return index
+            file.read_without_index(error)
+            index = self._with_scanned({})
+        return {channel: self._sorted(entries) for channel, entries in index.items()}
 
     def _check_places(self, index: Mapping[int, npt.NDArray[np.int64]]) -> None:
         """Refuse an index that names one message twice, in place of another: no checksum covers it."""
@@ -151,16 +129,29 @@ class McapRecording(Recording):
                 chunk, message, offset, "the file is damaged; --salvage reads it without its index"
             )
 
-    def _gather_index(self) -> dict[int, npt.NDArray[np.int64]]:
-        if self._file.scanned:
-            return {
-                channel: _sorted(np.array(rows, np.int64)) for channel, rows in self._file.scanned.items()
-            }
+    def _index_of_chunks(self) -> dict[int, npt.NDArray[np.int64]]:
         found: dict[int, list[tuple[int, bytes]]] = {}
         for number, chunk in enumerate(self._file.chunks):
             for channel, entries in self._chunk_index(number, chunk.index):
                 found.setdefault(channel, []).append((number, entries))
-        return {channel: _sorted(_with_chunks(parts)) for channel, parts in found.items()}
+        return {channel: _with_chunks(parts) for channel, parts in found.items()}
+
+    def _with_scanned(self, index: Mapping[int, npt.NDArray[np.int64]]) -> dict[int, npt.NDArray[np.int64]]:
+        """Return an index together with what was found without one."""
+        scanned = {channel: np.array(rows, np.int64) for channel, rows in self._file.scanned.items()}
+        return {
+            channel: np.concatenate([one[channel] for one in (index, scanned) if channel in one])
+            for channel in sorted(index.keys() | scanned.keys())
+        }
+
+    def _sorted(self, entries: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Return entries (log time, chunk and offset first) in order of log time and place in the file."""
+        chunks, offsets = entries[:, 1], entries[:, 2]
+        places = chunks
+        if (chunks == LOOSE).any():  # else the order of chunks is that of their places
+            starts = np.array([*(chunk.offset for chunk in self._file.chunks), 0], np.uint64)
+            places = np.where(chunks == LOOSE, offsets.astype(np.uint64), starts[chunks])
+        return entries[np.lexsort((offsets, places, entries[:, 0]))]
 
     def _chunk_index(self, number: int, offsets: Mapping[int, int]) -> Iterator[tuple[int, bytes]]:
         """Yield the message index of each channel: its entries as they are in the file."""
@@ -194,20 +185,21 @@ class McapRecording(Recording):
 
     def log_times(self, channel: Channel) -> npt.NDArray[np.int64]:
         """Return the log times of a channel, from the index."""
-        return self._index.get(channel.id, _NO_ENTRIES)[:, 0].copy()
+        times = [self._index.get(number, _NO_ENTRIES)[:, 0] for number in self._numbers([channel])]
+        return np.sort(np.concatenate([np.empty(0, np.int64), *times]), kind="stable")
 
     def messages(
         self, channels: Collection[Channel], start: int | None = None, end: int | None = None
     ) -> Iterator[RawMessage]:
         """Yield messages in order of (log time, chunk, offset); reads only chunks that hold some of them."""
-        by_id = {channel.id: channel for channel in channels}
-        entries = self._entries(by_id)
+        by_number = self._numbers(channels)
+        entries = self._entries(by_number)
         if start is not None:
             entries = entries[entries[:, 0] >= start]
         if end is not None:
             entries = entries[entries[:, 0] <= end]
         for chunk, records, part in self._parts(entries):
-            yield from self._messages_of(chunk, records, part, by_id)
+            yield from self._messages_of(chunk, records, part, by_number)
 
     def batches(self, channels: Collection[Channel]) -> Iterator[Batch]:
         """Yield small messages many at a time; those of each channel in order of log time.
@@ -216,8 +208,11 @@ class McapRecording(Recording):
             InputError: As `messages`.
 
         """
-        by_id = {channel.id: channel for channel in channels}
-        entries = self._entries(by_id)
+        by_number = self._numbers(channels)
+        groups: dict[int, list[int]] = {}
+        for number, channel in by_number.items():
+            groups.setdefault(channel.id, []).append(number)
+        entries = self._entries(by_number)
         if is_interleaved(entries[:, 1]):
             yield from in_batches(self.messages(channels))
             return
@@ -226,31 +221,36 @@ class McapRecording(Recording):
             # What is in no chunk may lie far apart, so its pages are given back message by message.
             heads = None if chunk == LOOSE else _heads(data, part)
             if heads is None:
-                yield from in_batches(self._messages_of(chunk, records, part, by_id))
+                yield from in_batches(self._messages_of(chunk, records, part, by_number))
                 continue
             lengths = heads["length"].astype(np.int64) - MESSAGE_HEADER.size
-            for number, channel in by_id.items():
-                own = np.flatnonzero(part[:, 3] == number)
+            for numbers in groups.values():
+                own = np.flatnonzero(np.logical_or.reduce([part[:, 3] == number for number in numbers]))
                 if len(own):
                     starts = part[own, 2] + _HEAD.size
-                    yield Batch(channel, part[own, 0], data, starts, lengths[own])
+                    yield Batch(by_number[numbers[0]], part[own, 0], data, starts, lengths[own])
 
     def _messages_of(
-        self, chunk: int, records: memoryview, part: npt.NDArray[np.int64], by_id: Mapping[int, Channel]
+        self, chunk: int, records: memoryview, part: npt.NDArray[np.int64], by_number: Mapping[int, Channel]
     ) -> Iterator[RawMessage]:
         """Yield the messages that some entries name in one chunk."""
         for time, _, offset, channel in part.tolist():
             data = self._message(chunk, records, offset, time, channel)
             if chunk == LOOSE:
                 self._file.pages.read(offset, len(data))
-            yield RawMessage(by_id[channel], time, data)
+            yield RawMessage(by_number[channel], time, data)
 
-    def _entries(self, channels: Collection[int]) -> npt.NDArray[np.int64]:
-        """Return log time, chunk, offset and channel of the messages of some channels, in order."""
+    def _numbers(self, channels: Collection[Channel]) -> dict[int, Channel]:
+        """Return some of the channels by the numbers that they have in the file."""
+        by_id = {channel.id: channel for channel in channels}
+        return {number: by_id[one.id] for number, one in self._channel_of.items() if one.id in by_id}
+
+    def _entries(self, numbers: Collection[int]) -> npt.NDArray[np.int64]:
+        """Return log time, chunk, offset and number of the channel of some messages, in order."""
         parts = [
-            np.insert(self._index[number], 3, number, axis=1) for number in channels if number in self._index
+            np.insert(self._index[number], 3, number, axis=1) for number in numbers if number in self._index
         ]
-        return _sorted(np.concatenate(parts)) if parts else np.empty((0, 4), np.int64)
+        return self._sorted(np.concatenate(parts)) if parts else np.empty((0, 4), np.int64)
 
     def _parts(
         self, entries: npt.NDArray[np.int64]
@@ -288,6 +288,17 @@ class McapRecording(Recording):
         return self._file.error(message, offset if chunk == LOOSE else self._file.chunks[chunk].offset, hint)
 
     def _in_turn(self, chunks: list[int]) -> Iterator[memoryview]:
+        """Yield the records of chunks, or the whole file for messages that are in none."""
+        packed = [chunk for chunk in chunks if chunk != LOOSE]
+        turns = [chunk for chunk, before in zip(packed, [LOOSE, *packed], strict=False) if chunk != before]
+        current, records = LOOSE, self._file.data
+        with closing(self._ahead(turns)) as ahead:
+            for chunk in chunks:
+                if chunk not in {LOOSE, current}:
+                    current, records = chunk, next(ahead)
+                yield self._file.data if chunk == LOOSE else records
+
+    def _ahead(self, chunks: list[int]) -> Generator[memoryview, None, None]:
         """Yield the records of chunks; while one is used, the next is read and checked by another thread."""
         yield from map(self._chunk, chunks[:1])
         jobs = 2 if all(map(self._is_small, chunks)) else 1
@@ -295,8 +306,6 @@ class McapRecording(Recording):
 
     def _is_small(self, number: int) -> bool:
         """Tell whether there is memory enough to read another chunk of this size ahead."""
-        if number == LOOSE:
-            return True
         start = self._file.chunks[number].offset + RECORD_HEADER.size
         if start + CHUNK_HEADER.size > len(self._file.data):
             return False
@@ -305,9 +314,7 @@ class McapRecording(Recording):
         return int(size) <= _CACHED_BYTES // _CACHED_CHUNKS
 
     def _chunk(self, number: int) -> memoryview:
-        """Return the records of a chunk, or the whole file for messages that are in none."""
-        if number == LOOSE:
-            return self._file.data
+        """Return the records of a chunk."""
         with self._lock:
             if self._closed:
                 raise ValueError("the recording is closed")
@@ -358,5 +365,5 @@ def _with_chunks(parts: list[tuple[int, bytes]]) -> npt.NDArray[np.int64]:
     return np.stack([pairs[:, 0], chunks, pairs[:, 1]], axis=1)
 
 
-def _sorted(entries: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    return entries[np.lexsort((entries[:, 2], entries[:, 1], entries[:, 0]))]
+def _counts(index: Mapping[int, npt.NDArray[np.int64]]) -> dict[int, int]:
+    return {channel: len(entries) for channel, entries in index.items()}

@@ -20,6 +20,7 @@ from tumtools.errors import InputError, MissingInputError
 from tumtools.formats.rawlog.compression import CONTAINERS, Content, Pieces, deflate, deflater
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 DATA = bytes(range(256)) * 3000
@@ -159,3 +160,56 @@ def test_the_gzip_of_a_rawlog_is_that_of_mrpt() -> None:
     assert compressor.compress(b"") + compressor.flush() == bytes.fromhex(
         "1f8b080000000000040303000000000000000000"
     )
+
+
+@pytest.mark.parametrize("external", [False, True])
+def test_a_flipped_bit_in_what_zstd_has_packed_is_noticed(external: bool, tmp_path: Path) -> None:
+    noise = random.Random(0).randbytes(40_000)
+    compressor = deflater("zstd")
+    packed = deflate(noise, "zstd") if external else compressor.compress(noise) + compressor.flush()
+    path = tmp_path / "file"
+    for position in range(20, len(packed), 500):
+        data = bytearray(packed)
+        data[position] ^= 4
+        path.write_bytes(data)
+        with pytest.raises(InputError, match=r"damaged (zstd|compression)"):
+            Content(bytes(data), path).read(50_000) if external else _all(path)
+
+
+@pytest.mark.parametrize("behind", [b"garbage", b"garbage" * 100_000])
+def test_what_zstd_gives_before_damage_is_given(behind: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(zstandard.compress(DATA) + behind)
+    found, message = _up_to_the_error(path)
+    assert found == DATA
+    assert "damaged zstd data" in message
+
+
+def test_zstd_that_is_cut_off_before_it_gives_anything_is_not_empty(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(zstandard.compress(random.Random(0).randbytes(999) * 9)[:500])
+    assert "ends before the first block is whole" in _up_to_the_error(path)[1]
+
+
+@pytest.mark.parametrize("pack", [gzip.compress, zstandard.compress], ids=["gzip", "zstd"])
+def test_a_small_file_may_be_in_several_parts(pack: Callable[[bytes], bytes], tmp_path: Path) -> None:
+    whole = pack(DATA[:5]) + pack(b"") + pack(DATA[5:1000]) + pack(DATA[1000:])
+    content = Content(whole, tmp_path / "file")
+    assert content.read(8) == DATA[:8]
+    assert content.read(len(DATA)) == DATA[8:]
+    assert content.read(1) == b""
+
+
+def test_a_small_file_may_end_with_zeros_and_with_nothing_else(tmp_path: Path) -> None:
+    packed, path = gzip.compress(DATA), tmp_path / "file"
+    assert Content(packed + bytes(9), path).read(len(DATA) + 1) == DATA
+    for rest in (b"\0x", b"garbage", b"\x1f"):
+        with pytest.raises(InputError, match="what follows a gzip member is neither"):
+            Content(packed + rest, path).read(len(DATA) + 1)
+    with pytest.raises(InputError, match="ends before the end of the gzip member"):
+        Content(packed + packed[:30], path).read(2 * len(DATA))
+
+
+def test_a_file_of_very_many_gzip_members_is_no_image(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="more than 100 gzip members"):
+        Content(gzip.compress(b"") * 5000, tmp_path / "file").read(1)

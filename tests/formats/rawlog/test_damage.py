@@ -10,6 +10,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tracemalloc
 import zlib
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -144,6 +145,20 @@ def test_a_count_that_only_a_bomb_can_fill_stops_at_the_limit_of_a_field(tmp_pat
     stopped = describe(path).stopped
     assert stopped is not None
     assert "a field of 1073741824 bytes" in stopped
+
+
+def test_comments_take_no_memory_however_many_and_long_they_are(tmp_path: Path) -> None:
+    path = tmp_path / "a.rawlog"
+    text = "a" * 2**22
+    one = CODEC.encode(Record("CObservationComment", 0, {"text": text, "time": 5, "label": ""}))
+    path.write_bytes(gzip.compress(one, 1) * 30)
+    tracemalloc.start()
+    found = describe(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.classes[0].count == 30
+    assert found.comment == "a" * 2**20
+    assert peak < 40 * 2**20
 
 
 def test_an_object_of_many_large_fields_stops_at_the_limit_of_an_object(tmp_path: Path) -> None:

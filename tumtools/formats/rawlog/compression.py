@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import stat
 import zlib
+from contextlib import suppress
 from io import BytesIO
 from typing import IO, TYPE_CHECKING, Final, Literal, Protocol
 
@@ -33,6 +34,8 @@ _GZIP: Final = 31
 _LARGEST_RATIO: Final = {"none": 1, "gzip": 1032, "zstd": 2**16}
 """Inflated bytes that a compressed byte can at most stand for (deflate: 258 bytes in 2 bits;
 Zstandard: a block of 128 KiB in 4 bytes)."""
+_MOST_MEMBERS: Final = 100
+"""Of the gzip file of an image."""
 _ZSTD_WINDOW: Final = 64 * 2**20
 _OPEN: Final[int] = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
@@ -167,11 +170,26 @@ class Pieces:
         yield b"".join(parts)
 
     def _zstd(self) -> Iterator[bytes]:
-        inflater = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW)
-        with inflater.stream_reader(self._file, read_across_frames=True, closefd=False) as reader:
-            while piece := reader.read(_CHUNK):
-                yield piece
+        given = 0
+        with _zstd_reader(self._file) as reader:
+            try:
+                while piece := reader.read(_CHUNK):
+                    given += len(piece)
+                    yield piece
+            except zstandard.ZstdError:
+                yield from self._to_the_zstd_damage(given)
+                raise
         # The reader of zstandard says nothing when the last frame is cut off; the rawlog's framing does.
+        if not given and self.size:
+            raise EOFError("the data ends before the first block is whole")
+
+    def _to_the_zstd_damage(self, given: int) -> Iterator[bytes]:
+        """Read what the reader has dropped that found damage, and leave out what it has given before."""
+        with open_file(self.path) as file, _zstd_reader(file) as reader, suppress(zstandard.ZstdError):
+            while given > 0 and (piece := reader.read(min(given, _CHUNK))):
+                given -= len(piece)
+            while piece := reader.read(_STEP):
+                yield piece
 
 
 def open_file(path: str | Path) -> IO[bytes]:
@@ -218,10 +236,9 @@ class Content:
         self._reader: _Reader
         match sniff(data):
             case "gzip":
-                self._reader = _GzipMember(data)
+                self._reader = _GzipMembers(data)
             case "zstd":
-                inflater = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW)
-                self._reader = inflater.stream_reader(data)
+                self._reader = _zstd_reader(data)
             case _:
                 self._reader = BytesIO(data)
 
@@ -243,19 +260,43 @@ class _Reader(Protocol):
     def read(self, size: int, /) -> bytes: ...
 
 
-class _GzipMember:
-    """The first member of a gzip file; its size and checksum are checked where it ends."""
+class _GzipMembers:
+    """The members of a gzip file; their sizes and checksums are checked where they end."""
 
     def __init__(self, data: bytes) -> None:
-        self._inflater = isal_zlib.decompressobj(_GZIP)
-        self._rest = data
+        self._inflater, self._rest = isal_zlib.decompressobj(_GZIP), data
+        self._members = 1
 
     def read(self, size: int) -> bytes:
-        result: bytes = self._inflater.decompress(self._rest, size)
-        self._rest = self._inflater.unconsumed_tail
-        if len(result) < size and not self._inflater.eof:
-            raise EOFError("the data ends before the end of the gzip member")
-        return result
+        parts: list[bytes] = []
+        while size and not (self._inflater.eof and not self._next_member()):
+            piece = self._inflater.decompress(self._rest, size)
+            self._rest = self._inflater.unconsumed_tail
+            if not (piece or self._inflater.eof):
+                raise EOFError("the data ends before the end of the gzip member")
+            parts.append(piece)
+            size -= len(piece)
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+    def _next_member(self) -> bool:
+        """Go on with another member; tell whether there is one."""
+        rest = self._inflater.unused_data
+        if not rest.strip(b"\0"):
+            return False
+        if not rest.startswith(_GZIP_MAGIC):
+            raise EOFError(
+                "what follows a gzip member is neither another one nor zeros to the end of the file"
+            )
+        if self._members == _MOST_MEMBERS:
+            raise EOFError(f"more than {_MOST_MEMBERS} gzip members")
+        self._members += 1
+        self._inflater, self._rest = isal_zlib.decompressobj(_GZIP), rest
+        return True
+
+
+def _zstd_reader(source: IO[bytes] | bytes) -> zstandard.ZstdDecompressionReader:
+    inflater = zstandard.ZstdDecompressor(max_window_size=_ZSTD_WINDOW)
+    return inflater.stream_reader(source, read_across_frames=True, closefd=False)
 
 
 class Deflater(Protocol):
@@ -266,6 +307,11 @@ class Deflater(Protocol):
 
     def flush(self) -> bytes:
         """Give what is left."""
+
+
+def _zstd_compressor() -> zstandard.ZstdCompressor:
+    # Without a checksum, which zstd leaves out unless told, other numbers come out of damaged data.
+    return zstandard.ZstdCompressor(level=1, write_checksum=True)
 
 
 class _Stored:
@@ -282,7 +328,7 @@ def deflater(container: Container) -> Deflater:
         case "gzip":
             return zlib.compressobj(1, zlib.DEFLATED, _GZIP, 8, zlib.Z_DEFAULT_STRATEGY)
         case "zstd":
-            return zstandard.ZstdCompressor(level=1).compressobj()
+            return _zstd_compressor().compressobj()
         case _:
             return _Stored()
 
@@ -294,6 +340,6 @@ def deflate(data: bytes | memoryview, container: Container) -> bytes:
             packed: bytes = isal_zlib.compress(data, 1, _GZIP)
             return packed
         case "zstd":
-            return zstandard.ZstdCompressor(level=1).compress(data)
+            return _zstd_compressor().compress(data)
         case _:
             return bytes(data)

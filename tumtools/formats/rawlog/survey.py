@@ -27,6 +27,8 @@ _WITH_STREAMS: Final = frozenset({"CObservation3DRangeScan", "CObservationImage"
 _TIMELESS: Final = "observations without a time"
 _HELD_BYTES: Final = 64 * 2**20
 """First images are held up to this size; a rawlog may have thousands of sensors."""
+_HELD_LETTERS: Final = 2**20
+"""Of the comments of others, which are shown."""
 _COLLECTIONS: Final = frozenset({"CSensoryFrame", "CActionCollection"})
 
 
@@ -105,9 +107,9 @@ class Survey:
         count: Top-level objects that could be read.
         classes: How many objects of each class name and version, as spelled in the file.
         sensors: By class and label.
-        comments: Texts of the comments of others.
-        notes: Comments of ours that hold notes.
-        digests: Comments of ours that hold a digest.
+        comments: Texts of the comments of others, all together cut after a million letters.
+        notes: Comments of ours that hold notes; of more than one the text of the first only.
+        digests: Comments of ours that hold a digest, likewise.
         places: Every image with a time.
         first: First image of each stream and label, with what is embedded; of the first of those sensors.
         accelerations: By label.
@@ -141,6 +143,7 @@ class Survey:
     unitless: Counter[str] = field(default_factory=Counter)
     damage: InputError | None = None
     _held_bytes: int = 0
+    _letters_left: int = _HELD_LETTERS
     _made: observations.Cameras = field(default_factory=observations.Cameras)
 
     def add(self, number: int, record: Record) -> None:
@@ -171,7 +174,7 @@ class Survey:
             if imu is not None and imu.has_acceleration:
                 self._add_acceleration(imu, label, ticks)
             elif observation.type == "CObservationComment":
-                self._add_comment(Remark(observation.text("text"), _place(number, observation)))
+                self._add_comment(observation.text("text"), _place(number, observation))
             elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
                 self.euclidean[label] += 1
 
@@ -198,13 +201,14 @@ class Survey:
             found.setdefault("accelerometer", Counter())[label] += len(rows.ticks)
         return found
 
-    def _add_comment(self, remark: Remark) -> None:
-        if comment.is_digest(remark.text):
-            self.digests.append(remark)
-        elif comment.is_notes(remark.text):
-            self.notes.append(remark)
+    def _add_comment(self, text: str, place: str) -> None:
+        if comment.is_digest(text):
+            self.digests.append(Remark("" if self.digests else text, place))
+        elif comment.is_notes(text):
+            self.notes.append(Remark("" if self.notes else text, place))
         else:
-            self.comments.append(remark.text)
+            self.comments.append(text[: self._letters_left])
+            self._letters_left -= len(self.comments[-1])
 
     def _add_picture(self, number: int, part: int, picture: Picture) -> None:
         if not picture.ticks:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-DATA = bytes(range(256)) * 3000
+DATA = bytes(range(256)) * 3000 + b"its end"
 
 
 def _all(path: Path) -> tuple[str, bytes]:

@@ -188,7 +188,7 @@ class Pieces:
         with open_file(self.path) as file, _zstd_reader(file) as reader, suppress(zstandard.ZstdError):
             while given > 0 and (piece := reader.read(min(given, _CHUNK))):
                 given -= len(piece)
-            while piece := reader.read(_STEP):
+            while piece := reader.read1(_STEP):
                 yield piece
 
 

@@ -279,7 +279,6 @@ def test_a_rawlog_that_was_cut_since_is_read_with_a_warning(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("is_known", [True, False])
 def test_a_legacy_rawlog_has_one_calibration_whatever_lacks_a_partner(is_known: bool, tmp_path: Path) -> None:
-    """Rows and columns are swapped in that dialect, in scans with and without depth."""
     images = made.typical()._images
     source = made.Made({"rgb": images["rgb"], "depth": images["depth"][1:2]}, camera="fr1")
     path = written(source, tmp_path, dialect="legacy", compression="none")

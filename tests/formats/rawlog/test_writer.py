@@ -207,6 +207,23 @@ def test_intrinsics_that_follow_from_the_camera_are_none_of_its_own_as_in_mcap(
         assert sequence.cameras == source.cameras
 
 
+@pytest.mark.parametrize("dialect", ["modern", "legacy", "converter"])
+@pytest.mark.parametrize("dry_run", [False, True])
+def test_the_report_counts_what_the_target_holds(dialect: str, dry_run: bool, tmp_path: Path) -> None:
+    """The dialect `converter` drops a colour image here, stores a depth image twice, and few rows."""
+    source = made.typical()
+    depths, target = source._images["depth"], tmp_path / "made"
+    source._images["depth"] = [(FIRST + FRAME_NS // 2, depths[0][1])]
+    source.info.images["depth"] = replace(source.info.images["depth"], count=1)
+    options = WriteOptions(dialect=dialect)
+    report = convert(source, target, "rawlog", options, ConvertOptions(dry_run=dry_run))
+    convert(source, target, "rawlog", options, ConvertOptions(force=True))
+    with opened(target) as sequence:
+        signals = [sequence.groundtruth, sequence.accelerometer]
+        assert report.frames == len(list(sequence.images())) == 4
+        assert report.rows == sum(len(signal) for signal in signals if signal is not None)
+
+
 @pytest.mark.parametrize("to", ["rawlog", "mcap", "rosbag1", "rosbag2"])
 def test_intrinsics_that_are_no_numbers_are_kept_where_they_can_be(to: str, tmp_path: Path) -> None:
     source = made.typical()

@@ -42,8 +42,8 @@ class Report:
     Attributes:
         target: The file or folder.
         format: Its format.
-        frames: Images written.
-        rows: Rows of the signals written.
+        frames: Images that the target holds.
+        rows: Rows of the signals that it holds.
         nbytes: Size of the target; estimated for a dry run.
         losses: Everything that was changed or dropped.
         warnings: What was assumed; those of the source are in its header.
@@ -152,8 +152,8 @@ def convert(
     report = Report(
         target=target,
         format=to,
-        frames=sum(_frames(prepared).values()),
-        rows=sum(_rows(prepared).values()),
+        frames=sum(_frames(prepared).values()) if plan.frames is None else plan.frames,
+        rows=sum(_rows(prepared).values()) if plan.rows is None else plan.rows,
         nbytes=plan.nbytes,
         losses=_merge(not_carried, plan.losses),
         warnings=plan.warnings,

@@ -115,6 +115,8 @@ class Plan:
         nbytes: Estimated size of the target.
         warnings: What it assumes.
         images: Image stream -> its rows that are written; streams that are not named are written whole.
+        frames: Images that the target holds, those that it holds again included; None for all that are given.
+        rows: Rows of the signals that it holds; None likewise.
 
     """
 
@@ -122,6 +124,8 @@ class Plan:
     nbytes: int = 0
     warnings: tuple[str, ...] = ()
     images: Mapping[str, Collection[int]] = field(default_factory=dict)
+    frames: int | None = None
+    rows: int | None = None
 
 
 class Progress(Protocol):

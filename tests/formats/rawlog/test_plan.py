@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.formats.rawlog.made import FIRST, Made, accelerometer, colour, depth, typical
+from tests.formats.rawlog.made import FIRST, FRAME_NS, Made, accelerometer, colour, depth, typical
 from tumtools.errors import OutputError
 from tumtools.formats.rawlog.plan import MAX_DIFFERENCE_NS, plan_converter, plan_lossless
 from tumtools.formats.tum.text import parse
@@ -118,6 +118,19 @@ def test_the_converter_of_a_sequence_without_depth_keeps_colour_alone() -> None:
     assert [slot.keys for slot in plan_converter(Made({"depth": [(FIRST, DEPTH)]})).slots] == [
         (("depth", 0),)
     ]
+
+
+@pytest.mark.parametrize("stream", ["rgb", "depth"])
+def test_the_converter_stores_no_accelerations_without_both_colour_and_depth(stream: str) -> None:
+    """MRPT's program looks for them only where it pairs the two; that they are missing is told."""
+    times = [FIRST + FRAME_NS * number for number in range(11)]
+    image = COLOUR if stream == "rgb" else DEPTH
+    plan = plan_converter(Made({stream: [(t, image) for t in times]}, accelerometer(times)))
+    assert len(plan.slots) == 11
+    assert plan.imu_ticks.tolist() == plan.imu_rows.tolist() == []
+    (loss,) = plan.losses
+    assert (loss.stream, loss.what, loss.count) == ("accelerometer", "rows dropped", 11)
+    assert "where colour or depth is missing" in loss.why
 
 
 def test_a_pair_of_equal_stamps_loses_no_stamp_in_the_converter() -> None:

@@ -207,6 +207,23 @@ def test_intrinsics_that_follow_from_the_camera_are_none_of_its_own_as_in_mcap(
         assert sequence.cameras == source.cameras
 
 
+@pytest.mark.parametrize("dialect", ["modern", "legacy", "converter"])
+@pytest.mark.parametrize("dry_run", [False, True])
+def test_the_report_counts_what_the_target_holds(dialect: str, dry_run: bool, tmp_path: Path) -> None:
+    """The dialect `converter` drops a colour image here, stores a depth image twice, and few rows."""
+    source = made.typical()
+    depths, target = source._images["depth"], tmp_path / "made"
+    source._images["depth"] = [(FIRST + FRAME_NS // 2, depths[0][1])]
+    source.info.images["depth"] = replace(source.info.images["depth"], count=1)
+    options = WriteOptions(dialect=dialect)
+    report = convert(source, target, "rawlog", options, ConvertOptions(dry_run=dry_run))
+    convert(source, target, "rawlog", options, ConvertOptions(force=True))
+    with opened(target) as sequence:
+        signals = [sequence.groundtruth, sequence.accelerometer]
+        assert report.frames == len(list(sequence.images())) == 4
+        assert report.rows == sum(len(signal) for signal in signals if signal is not None)
+
+
 @pytest.mark.parametrize("to", ["rawlog", "mcap", "rosbag1", "rosbag2"])
 def test_intrinsics_that_are_no_numbers_are_kept_where_they_can_be(to: str, tmp_path: Path) -> None:
     source = made.typical()
@@ -279,7 +296,6 @@ def test_a_rawlog_that_was_cut_since_is_read_with_a_warning(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("is_known", [True, False])
 def test_a_legacy_rawlog_has_one_calibration_whatever_lacks_a_partner(is_known: bool, tmp_path: Path) -> None:
-    """Rows and columns are swapped in that dialect, in scans with and without depth."""
     images = made.typical()._images
     source = made.Made({"rgb": images["rgb"], "depth": images["depth"][1:2]}, camera="fr1")
     path = written(source, tmp_path, dialect="legacy", compression="none")

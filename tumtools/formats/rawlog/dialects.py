@@ -48,8 +48,6 @@ class Dialect:
         versions: Version of each class.
         spelling: Class name -> as it is written.
         float_depth: Depth files are float32 matrices of metres, not 16-bit counts.
-        swapped_size: The rows of a camera are written where its columns belong, and the other way round;
-            MRPT before 2.4 did so for TUM sequences, and later ones undo it for old scans.
         lossless: Own stamps, header lines and decimals are kept, in file names and in a comment.
 
     """
@@ -58,7 +56,6 @@ class Dialect:
     versions: Mapping[str, int]
     spelling: Mapping[str, str]
     float_depth: bool = False
-    swapped_size: bool = False
     lossless: bool = True
 
     def record(self, name: str, /, **fields: Value) -> Record:
@@ -95,7 +92,6 @@ DIALECTS: Final[dict[str, Dialect]] = {
             _LEGACY_VERSIONS,
             {"CMatrixF": "CMatrix"},  # the name that MRPT had for it then
             float_depth=True,
-            swapped_size=True,
         ),
         Dialect("converter", _MODERN_VERSIONS, _NAMESPACES, lossless=False),
     )
@@ -122,12 +118,13 @@ def _pose(dialect: Dialect, values: Mapping[int, tuple[float, ...]]) -> Record:
 
 
 def camera_record(dialect: Dialect, camera: CameraInfo) -> Record:
-    """Return the intrinsics of a camera; what the class has no place for stays in the comment."""
+    """Return the intrinsics of a camera; what the class has no place for stays in the comment.
+
+    MRPT's own converter exchanged rows and columns before 2.4. No dialect follows it there: MRPT undoes it
+    since, but only for depth and only at 640x480, and before it took the size as it stands, or the image's.
+    """
     version = dialect.versions["TCamera"]
     distortion, model = intrinsics.distortion_of(camera, version)
-    rows, columns = camera.height, camera.width
-    if dialect.swapped_size:
-        rows, columns = columns, rows
     fx, cx, fy, cy = camera.k[0], camera.k[2], camera.k[4], camera.k[5]
     matrix = dialect.record("CMatrixD", rows=3, columns=3, values=np.array(camera.k, "<f8"))
     return dialect.record(
@@ -136,8 +133,8 @@ def camera_record(dialect: Dialect, camera: CameraInfo) -> Record:
         distortion=distortion,
         intrinsics=matrix,
         fx_fy_cx_cy=np.array([fx, fy, cx, cy], "<f8"),
-        rows=rows,
-        columns=columns,
+        rows=camera.height,
+        columns=camera.width,
         name=_CAMERA_NAME,
         model=model,
     )

@@ -34,7 +34,8 @@ def camera_of(record: Record | None, swapped: bool = False) -> CameraInfo | None
 
     Args:
         record: The camera.
-        swapped: Rows and columns may be the other way round, as TUM sequences had it before MRPT 2.4.
+        swapped: Rows and columns may be the other way round, as TUM sequences had it before MRPT 2.4; they
+            are if the principal point does not lie as in an upright image.
 
     """
     if record is None or record.type != "TCamera":
@@ -48,7 +49,7 @@ def camera_of(record: Record | None, swapped: bool = False) -> CameraInfo | None
             return None
         fx, cx, fy, cy = values[0], values[2], values[4], values[5]
     rows, columns = record.integer("rows", 480), record.integer("columns", 640)
-    if swapped and rows > columns:
+    if swapped and rows > columns and cx >= cy:
         rows, columns = columns, rows
     if not (fx > 0 and fy > 0 and rows and columns):
         return None

@@ -210,6 +210,7 @@ class _Clock:
         return min(candidates, key=lambda index: abs(self.seconds[index] - time), default=None)
 
 
+_NO_ROWS: Final = "no rows where colour or depth is missing"
 _MEAN_WHY: Final = "this dialect has one time per scan, the mean of colour and depth"
 
 
@@ -235,9 +236,13 @@ def plan_converter(sequence: Sequence) -> ScanPlan:
                 keys[stream] = (stream, clocks[stream].rows[index])
                 moved[stream].add(stamp - int(clocks[stream].stamps[keys[stream][1]]))
         slots.append(Slot(ticks, keys.get("rgb"), keys.get("depth"), f"{name}_rgb", f"{name}_depth"))
-        reference = clocks["rgb"].seconds[colour] if colour is not None else time
+        if colour is None or depth is None:
+            continue  # that program looks for accelerations only where it pairs colour with depth
         sample = imu.nearest(time)
-        if sample is not None and abs(reference - imu.seconds[sample]) < _CONVERTER_IMU_LIMIT:
+        if (
+            sample is not None
+            and abs(clocks["rgb"].seconds[colour] - imu.seconds[sample]) < _CONVERTER_IMU_LIMIT
+        ):
             imu_ticks.append(ticks)
             imu_rows.append(imu.rows[sample])
             moved["accelerometer"].add(stamp - int(imu.stamps[imu.rows[sample]]))
@@ -298,7 +303,8 @@ def _converter_losses(
         yield Loss("depth", "images stored again", repeated, why, alters=("rows repeated",))
     rows = 0 if sequence.accelerometer is None else len(sequence.accelerometer)
     if dropped := rows - len(set(imu_rows)):
-        why = "this dialect stores one row per scan"
+        paired = any(slot.image and slot.depth for slot in slots)
+        why = f"this dialect stores {'one row per scan' if paired else _NO_ROWS}"
         yield Loss("accelerometer", "rows dropped", dropped, why, alters=("rows dropped",))
     if repeated := len(imu_rows) - len(set(imu_rows)):
         why = "this dialect gives each scan its nearest row"

@@ -139,7 +139,15 @@ def plan(sequence: Sequence, target: Path, options: WriteOptions) -> Plan:
     rows: dict[str, set[int]] = {stream: set() for stream in sequence.info.images}
     for stream, row in found.files():
         rows[stream].add(row)
-    return Plan(found.losses, size, tuple(_warnings(sequence, dialect, options)), rows)
+    poses = 0 if sequence.groundtruth is None else len(sequence.groundtruth)
+    return Plan(
+        found.losses,
+        size,
+        tuple(_warnings(sequence, dialect, options)),
+        rows,
+        frames=sum(len(slot.keys) for slot in found.slots),
+        rows=poses + len(found.imu_ticks),
+    )
 
 
 def _warnings(sequence: Sequence, dialect: Dialect, options: WriteOptions) -> Iterator[str]:

@@ -111,9 +111,8 @@ class Picture:
             try:
                 return replace(_image_of_file(data), origin=folder.locate(self.file))
             except InputError as error:
-                raise type(error)(
-                    error.message, path=folder.locate(self.file), location=error.location
-                ) from error
+                path, place, hint = folder.locate(self.file), error.location, error.hint
+                raise type(error)(error.message, path=path, location=place, hint=hint) from error
         if self.image is None:
             raise InputError("the observation holds no image", path=folder.rawlog)
         where = f"image at offset {self.image.offset}"
@@ -238,12 +237,9 @@ def _image_of_file(data: bytes) -> Image:
         return image_of_png(data)
     if data.startswith(_JPEG_MAGIC):
         return image_of_jpeg(data)
-    from tumtools.images.pillow import opened  # noqa: PLC0415 - brings Pillow
+    from tumtools.images.pillow import pixels_of_file  # noqa: PLC0415 - brings Pillow
 
-    with opened(data, "not an image that can be read") as picture:
-        grey = picture.mode in {"1", "L"}
-        pixels = np.asarray(picture.convert("L" if grey else "RGB"))
-    return image_of_pixels(pixels, "mono8" if grey else "rgb8")
+    return image_of_pixels(*pixels_of_file(data))
 
 
 def _image_of_record(image: Record) -> Image:

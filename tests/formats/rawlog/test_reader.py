@@ -159,6 +159,24 @@ def test_several_sensors_for_one_stream_are_listed_and_one_can_be_chosen(tmp_pat
         opened(path, topics={"depth": "X"})
 
 
+def test_a_sensor_without_a_label_can_be_chosen(tmp_path: Path) -> None:
+    scans = [scan(TICKS + n, label, **with_depth(COUNTS)) for n, label in enumerate(["", "my R", "my R"])]
+    path = save(tmp_path / "a.rawlog", *scans)
+    with pytest.raises(UsageError) as caught:
+        opened(path)
+    assert (
+        caught.value.hint == "choose one: --topic 'depth=my R', or --topic depth= for the one without a label"
+    )
+    with opened(path, topics={"depth": ""}) as sequence:
+        assert sequence.info.images["depth"].count == 1
+        assert [(loss.stream, loss.count) for loss in sequence.info.not_carried] == [("my R", 2)]
+    with opened(path, topics={"depth": "my R"}) as sequence:
+        assert [(loss.stream, loss.count) for loss in sequence.info.not_carried] == [("rawlog", 1)]
+    named = save(tmp_path / "b.rawlog", *scans[1:])
+    with pytest.raises(UsageError, match=r"no sensor '' gives depth; there are 'my R' \(2\)"):
+        opened(named, topics={"depth": ""})
+
+
 def test_thousands_of_sensors_are_not_all_listed(tmp_path: Path) -> None:
     labels = [f"{number:04}" + "x" * 99 for number in range(1000)]
     path = save(tmp_path / "a.rawlog", *(imu(TICKS + n, label) for n, label in enumerate(labels)))

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from tumtools.formats.rawlog.survey import Survey
 
 _NO_PLACE: Final = "a sequence has no stream for it"
+_UNLABELLED: Final = "rawlog"
+"""Stands for the label of a sensor that has none, which is MRPT's default."""
 
 
 def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: bool) -> Iterator[Loss]:
@@ -30,16 +32,16 @@ def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: boo
 
     """
     for (label, what), count in sorted(found.not_carried.items()):
-        yield Loss(label or "rawlog", what, count, _NO_PLACE)
+        yield Loss(label or _UNLABELLED, what, count, _NO_PLACE)
     for (label, what), count in sorted(found.nameless.items()):
-        yield Loss(label, what, count, "it is said to be in a file whose name is empty")
+        yield Loss(label or _UNLABELLED, what, count, "it is said to be in a file whose name is empty")
     others = Counter(
         (place.picture.label, f"{place.picture.stream} image")
         for place in found.places
         if labels.get(place.picture.stream) != place.picture.label
     )
     for (label, what), count in sorted(others.items()):
-        yield Loss(label, what, count, "no or another sensor was chosen for the stream")
+        yield Loss(label or _UNLABELLED, what, count, "no or another sensor was chosen for the stream")
     for (stream, label), count in sorted(found.cameras_refused.items()):
         if labels.get(stream) == label:
             why = "no camera has them: numbers that are infinite, none or of a wrong sign, or an absurd size"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
-from tests.formats.rawlog.made import opened, save, scan, with_depth
+from tests.formats.rawlog.made import TICKS, camera, opened, pose, save, scan, with_depth
 from tumtools.convert import convert
 from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.rawlog.archive import Record
@@ -266,6 +266,25 @@ def test_an_image_in_a_file_without_a_name_is_listed_as_lost(tmp_path: Path) -> 
         assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
             ("CAM", "depth image", 1),
             ("CAM", "image", 1),
+        ]
+
+
+def test_images_that_are_empty_are_listed_as_not_carried_over(tmp_path: Path) -> None:
+    none = {"colour": 1, "width": 0, "height": 0, "external": 0, "data": np.empty(0, np.uint8)}
+    nothing = Record("mrpt::img::CImage", 9, none)
+    fields = {"sensor_pose": pose(), "camera": camera(), "image": nothing, "time": TICKS, "label": "CAM"}
+    path = save(
+        tmp_path / "a.rawlog",
+        Record("mrpt::obs::CObservationImage", 4, fields),
+        scan(TICKS, "SCAN", has_intensity=1, intensity=nothing, **with_depth(COUNTS)),
+        scan(TICKS, "SCAN", **with_depth(np.empty((0, 0), "<u2"))),
+        scan(TICKS, "SCAN"),
+    )
+    with opened(path) as sequence:
+        assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
+            ("CAM", "image without pixels", 1),
+            ("SCAN", "depth image without pixels", 1),
+            ("SCAN", "image without pixels", 1),
         ]
 
 

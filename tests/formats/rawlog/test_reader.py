@@ -26,6 +26,7 @@ from tumtools.images.codec import pixels_of
 from tumtools.model.text import TextLayout
 from tumtools.model.time import format_stamp, ticks_to_stamp
 from tumtools.sources import open_source
+from tumtools.validate.engine import validate
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -175,6 +176,22 @@ def test_a_sensor_without_a_label_can_be_chosen(tmp_path: Path) -> None:
     named = save(tmp_path / "b.rawlog", *scans[1:])
     with pytest.raises(UsageError, match=r"no sensor '' gives depth; there are 'my R' \(2\)"):
         opened(named, topics={"depth": ""})
+
+
+def test_names_of_external_files_that_no_file_can_have_are_cut_in_messages(tmp_path: Path) -> None:
+    image = Record("CImage", 9, {"external": 1, "file": "x" * 5000})
+    scans = [scan(TICKS + n, has_intensity=1, intensity=image) for n in range(2)]
+    path = save(tmp_path / "a.rawlog", *scans)
+    for _ in range(2):  # without the folder and with it
+        with opened(path) as sequence:
+            assert len(sequence.info.warnings) == 2
+            assert all("xxx..." in warning and len(warning) < 500 for warning in sequence.info.warnings)
+            with pytest.raises(MissingInputError, match=r"xxx\.\.\.") as caught:
+                list(sequence.images())
+            assert len(str(caught.value)) < 700
+        (finding,) = {found.message for found in validate(path).findings if found.code == "TUM001"}
+        assert len(finding) < 200
+        (tmp_path / "a_Images").mkdir(exist_ok=True)
 
 
 def test_thousands_of_sensors_are_not_all_listed(tmp_path: Path) -> None:

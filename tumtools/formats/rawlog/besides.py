@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
+from tumtools.formats.rawlog.pictures import EMPTY_DEPTH_IMAGE, EMPTY_IMAGE
 from tumtools.formats.rawlog.signals import GROUNDTRUTH, GROUNDTRUTH_FILE
 from tumtools.model.sequence import IMAGE_STREAMS, LEFT_OUT, RECORDING, Loss
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from tumtools.formats.rawlog.survey import Survey
 
 _NO_PLACE: Final = "a sequence has no stream for it"
+_EMPTY: Final = "it is empty in the rawlog"
 _UNLABELLED: Final = "rawlog"
 """Stands for the label of a sensor that has none, which is MRPT's default."""
 
@@ -32,7 +34,8 @@ def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: boo
 
     """
     for (label, what), count in sorted(found.not_carried.items()):
-        yield Loss(label or _UNLABELLED, what, count, _NO_PLACE)
+        why = _EMPTY if what in {EMPTY_IMAGE, EMPTY_DEPTH_IMAGE} else _NO_PLACE
+        yield Loss(label or _UNLABELLED, what, count, why)
     for (label, what), count in sorted(found.nameless.items()):
         yield Loss(label or _UNLABELLED, what, count, "it is said to be in a file whose name is empty")
     others = Counter(

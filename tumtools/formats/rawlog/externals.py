@@ -21,6 +21,7 @@ from tumtools.formats.rawlog import archive
 from tumtools.formats.rawlog.compression import Content, read_file
 from tumtools.images.limits import check_size
 from tumtools.images.parallel import take_room
+from tumtools.printable import shortened
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -100,11 +101,17 @@ class Folder:
         if folder is None:
             expected = f"{self._stem}{IMAGES_SUFFIX}"
             raise MissingInputError(
-                f"the rawlog names the external file {name!r}, but there is no folder {expected!r} beside it",
+                f"the rawlog names the external file {shortened(name)!r}, "
+                f"but there is no folder {expected!r} beside it",
                 path=self.rawlog,
                 hint="copy the folder of the images to the rawlog",
             )
         return "/".join((str(folder), *parts))
+
+    def shown(self, name: str) -> str:
+        """Return where the file of a name should be, for messages; raises as `locate` does."""
+        path = self.locate(name)
+        return f"{path[: -len(name)]}{shortened(path[-len(name) :])}"
 
     def read(self, name: str) -> bytes:
         """Read a file.
@@ -120,11 +127,11 @@ class Folder:
         except MissingInputError as error:
             raise MissingInputError(
                 f"the external file of {self.rawlog.name} is missing",
-                path=path,
+                path=self.shown(name),
                 hint="copy the folder of the images to the rawlog",
             ) from error
         if len(data) > _MAX_FILE:
-            raise InputError(f"the external file has more than {_MAX_FILE} bytes", path=path)
+            raise InputError(f"the external file has more than {_MAX_FILE} bytes", path=self.shown(name))
         return data
 
     def size(self, name: str) -> int | None:

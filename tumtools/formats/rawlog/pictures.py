@@ -37,6 +37,8 @@ _INFRARED: Final = 1
 _METRES: Final = 1.0
 _DEFAULT_UNITS: Final = 0.001
 """MRPT's; taken for units that no sensor has, too."""
+EMPTY_IMAGE: Final = "image without pixels"
+EMPTY_DEPTH_IMAGE: Final = "depth image without pixels"
 _PLAUSIBLE_UNITS: Final = (1e-9, 1e3)
 """Metres per count."""
 
@@ -191,6 +193,23 @@ def nameless(record: Record) -> Iterator[str]:
         and not _embedded_range(record).size
     ):
         yield "depth image"
+
+
+def empty(record: Record) -> Iterator[str]:
+    """Name the images that an observation should hold and does not."""
+    name = {"CObservation3DRangeScan": "intensity", "CObservationImage": "image"}.get(record.type)
+    if name is None:
+        return
+    image = record.child(name)
+    should_be = name == "image" or record.integer("has_intensity")
+    if should_be and _usable(image) is None and not (image is not None and image.integer("external")):
+        yield EMPTY_IMAGE
+    if (
+        record.integer("has_range")
+        and not record.integer("range_external")
+        and not _embedded_range(record).size
+    ):
+        yield EMPTY_DEPTH_IMAGE
 
 
 def _picture_of_image(image: Record, stream: str, owner: Record) -> Picture:

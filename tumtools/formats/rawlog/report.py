@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from tumtools.formats.rawlog.entries import count_of
 from tumtools.formats.rawlog.signals import GROUNDTRUTH, GROUNDTRUTH_FILE
 from tumtools.formats.rawlog.stamps import Origin
+from tumtools.printable import shortened
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -85,7 +86,7 @@ def warnings_of_files(path: Path, entries: Entries) -> Iterator[str]:
     if shared:
         stream, name, count = max(shared, key=lambda item: item[2])
         more = f"; {len(shared) - 1} more files are shared" if len(shared) > 1 else ""
-        yield f"{path}: {count} {stream} images are the one file {name!r}{more}"
+        yield f"{path}: {count} {stream} images are the one file {shortened(name or '')!r}{more}"
 
 
 def warnings_of_groundtruth(path: Path, notes: Notes | None, *, there: bool) -> Iterator[str]:

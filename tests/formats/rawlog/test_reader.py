@@ -178,6 +178,17 @@ def test_a_sensor_without_a_label_can_be_chosen(tmp_path: Path) -> None:
         opened(named, topics={"depth": ""})
 
 
+def test_a_sensor_without_a_label_that_is_not_chosen_is_not_warned_of(tmp_path: Path) -> None:
+    scans = [
+        scan(TICKS, label, range_is_depth=0, range_units=0.0, **with_depth(COUNTS)) for label in ("", "R")
+    ]
+    path = save(tmp_path / "a.rawlog", *scans)
+    with opened(path, streams=frozenset({"rgb"})) as sequence:
+        assert sequence.info.warnings == ()
+    with opened(path, topics={"depth": ""}) as sequence:
+        assert len(sequence.info.warnings) == 2
+
+
 def test_names_of_external_files_that_no_file_can_have_are_cut_in_messages(tmp_path: Path) -> None:
     image = Record("CImage", 9, {"external": 1, "file": "x" * 5000})
     scans = [scan(TICKS + n, has_intensity=1, intensity=image) for n in range(2)]

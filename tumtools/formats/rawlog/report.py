@@ -34,12 +34,13 @@ def warnings_of(path: Path, found: Survey, labels: Mapping[str, str]) -> Iterato
     """
     if found.damage is not None:
         yield f"{path}: {found.damage.message}; what is before it ({found.count} objects) is read"
-    if count := found.euclidean.get(labels.get("depth", ""), 0):
+    chosen = [label for stream, label in labels.items() if stream == "depth"]  # it may be empty
+    if count := sum(found.euclidean[label] for label in chosen):
         yield (
             f"{path}: {count} depth images hold distances along the ray of each pixel "
             "(range_is_depth = 0), not depth along the optical axis; they are given as they are"
         )
-    if count := found.unitless.get(labels.get("depth", ""), 0):
+    if count := sum(found.unitless[label] for label in chosen):
         yield (
             f"{path}: {count} depth images have a unit that no sensor has (rangeUnits zero, negative or "
             "absurd); their counts are taken for millimetres, as MRPT does by default"

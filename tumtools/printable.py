@@ -5,6 +5,11 @@
 from __future__ import annotations
 
 import json
+from typing import Final
+
+_LONGEST_NAME: Final = 255
+"""No file system has longer names of files."""
+_SHOWN: Final = 100
 
 
 def printable(text: str) -> str:
@@ -18,6 +23,11 @@ def printable(text: str) -> str:
     return "".join(
         letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text
     )
+
+
+def shortened(name: str) -> str:
+    """Return the name of a file for a message, cut if it is longer than any file's; it may have thousands."""
+    return name if len(name) <= _LONGEST_NAME else f"{name[:_SHOWN]}..."
 
 
 def json_text(document: object) -> str:

@@ -8,12 +8,15 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tests.formats.rawlog.made import TICKS, save, scan, with_depth
 from tests.formats.tum.archives import files_of
 from tumtools.cli.main import run
 from tumtools.sources import open_source
 
+COUNTS = np.arange(1, 49, dtype="<u2").reshape(6, 8)
 FULL = Path(__file__).parents[2] / "fixtures" / "full"
 
 
@@ -150,6 +153,22 @@ def test_a_topic_or_frame_for_a_stream_that_is_not_there_is_warned_of(
     assert "--topic ir=/x has no effect: there is no ir to write" in err
     assert "--frame-id depth=lens has no effect" in err
     assert "/my/camera" not in err
+
+
+def test_an_empty_topic_is_the_sensor_of_a_rawlog_without_a_label_and_nothing_else(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parent = folder.parent
+    path = save(parent / "x.rawlog", *(scan(TICKS + n, "R" * n, **with_depth(COUNTS)) for n in range(2)))
+    assert run(["convert", str(path), str(parent / "out"), "--to", "tum", "--topic", "depth="]) == 0
+    assert run(["convert", str(folder), str(parent / "x.mcap"), "--to", "mcap"]) == 0
+    capsys.readouterr()
+    assert run(["convert", str(parent / "x.mcap"), str(parent / "2"), "--to", "tum", "--topic", "rgb="]) == 2
+    assert "--topic rgb=: no such topic" in capsys.readouterr().err
+    assert run(["convert", str(folder), str(parent / "2.mcap"), "--to", "mcap", "--topic", "rgb="]) == 2
+    assert "--topic rgb=: a topic cannot have an empty name" in capsys.readouterr().err
+    assert run(["convert", str(folder), str(parent / "2.mcap"), "--to", "mcap", "--frame-id", "rgb="]) == 2
+    assert "expected STREAM=VALUE" in capsys.readouterr().err
 
 
 def test_a_link_has_its_result_beside_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,6 +63,15 @@ def test_names_are_unique() -> None:
 def test_good_fixtures_have_nothing_but_their_size(fixture: str) -> None:
     findings = validate(FIXTURES / fixture).findings
     assert {finding.code for finding in findings if finding.severity > Severity.INFO} <= {"TUM202"}
+
+
+def test_a_stamp_before_the_range_of_years_is_told_as_such(tmp_path: Path) -> None:
+    folder = shutil.copytree(FIXTURES / "full", tmp_path / "full")
+    rows = (folder / "rgb.txt").read_text().splitlines(keepends=True)
+    (folder / "rgb.txt").write_text("".join([*rows[:-1], f"-9999999999.0 {rows[-1].split()[1]}\n"]))
+    assert "-9999999999.0 is no number of seconds since 1970: it is before the year 1678" in [
+        finding.message for finding in validate(folder).findings if finding.code == "TUM105"
+    ]
 
 
 def _colour(red: float, blue: float) -> Subject:

@@ -67,18 +67,23 @@ def read_options(command: Command) -> Command:
         multiple=True,
         metavar="STREAM=TOPIC",
         help="Which topic of a recording is rgb, depth, ir, accelerometer or groundtruth; of a rawlog, which "
-        "sensor label.",
+        "sensor label, which may be empty.",
     )(command)
     return click.option(
         "--salvage", is_flag=True, help="Read a damaged recording up to the damage, and warn."
     )(command)
 
 
-def parse_pairs(pairs: tuple[str, ...], option: str) -> dict[str, str]:
+def parse_pairs(pairs: tuple[str, ...], option: str, *, empty_do: bool = False) -> dict[str, str]:
     """Read STREAM=VALUE options.
 
+    Args:
+        pairs: As they were given.
+        option: For messages.
+        empty_do: Take empty values.
+
     Raises:
-        UsageError: No `=`, or no such stream.
+        UsageError: No `=`, no value, or no such stream.
 
     """
     from tumtools.model.sequence import STREAMS
@@ -86,7 +91,7 @@ def parse_pairs(pairs: tuple[str, ...], option: str) -> dict[str, str]:
     result = {}
     for pair in pairs:
         stream, equals, value = pair.partition("=")
-        if not equals or not value or stream not in STREAMS:
+        if not equals or not (value or empty_do) or stream not in STREAMS:
             raise UsageError(f"{option} {pair}: expected STREAM=VALUE with a stream of {', '.join(STREAMS)}")
         result[stream] = value
     return result
@@ -99,7 +104,8 @@ def make_read_options(
     from tumtools.formats.options import ReadOptions
 
     wanted = None if streams is None else frozenset(_split(streams))
-    return ReadOptions(parse_pairs(topics, "--topic"), salvage, lenient, wanted)
+    # A sensor of a rawlog has an empty label unless somebody names it.
+    return ReadOptions(parse_pairs(topics, "--topic", empty_do=True), salvage, lenient, wanted)
 
 
 def _split(names: str) -> tuple[str, ...]:

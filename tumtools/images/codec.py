@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tumtools.errors import InputError
+from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.images import png
 from tumtools.images.depth import to_metres
 from tumtools.images.parallel import take_room
@@ -117,12 +117,16 @@ def image_of_jpeg(data: bytes | memoryview) -> Image:
 
     Raises:
         InputError: Not a JPEG file.
+        UnsupportedInputError: It is CMYK, which has no encoding.
 
     """
     from tumtools.images.pillow import opened  # noqa: PLC0415 - brings Pillow
 
     with opened(data, "not a JPEG image", "JPEG") as picture:
         width, height = picture.size
+        if picture.mode not in {"L", "RGB"}:
+            # There is no one colour that an amount of ink is.
+            raise UnsupportedInputError(f"JPEG images of mode {picture.mode} are not read, only grey and RGB")
         encoding = "mono8" if picture.mode == "L" else "rgb8"
     return Image(width, height, encoding, compressed=data, compression="jpeg")
 

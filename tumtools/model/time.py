@@ -54,6 +54,9 @@ def parse_stamp(text: str) -> int:
         msg = f"exponent out of range: {text!r}"
         raise ValueError(msg)
     stamp = digits * 10**power if power >= 0 else _divide_half_even(digits, 10**-power)
+    if stamp >= _INT64_LIMIT and sign == "-":
+        msg = f"before the year 1678, not seconds since 1970: {text!r}"
+        raise ValueError(msg)
     if stamp >= _INT64_LIMIT:
         unit = _OTHER_UNITS.get(len(whole.lstrip("0")) if not exponent else 0, "")
         msg = f"beyond the year 2262, not seconds since 1970{unit}: {text!r}"

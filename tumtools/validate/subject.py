@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 _NUMBER: Final = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 _DATE: Final = re.compile(r"\d{4}[-/]\d\d?[-/]\d\d?|\d\d?:\d\d:\d\d")
+_OUTSIDE: Final = re.compile("before the year|beyond the year")
 _IMU_COLUMNS: Final = 7
 
 
@@ -77,7 +78,7 @@ def problem_kind(problem: Problem) -> ProblemKind:
     if problem.is_header:
         return ProblemKind.HEADER
     fields = re.split(r"[,\s]+", problem.text.strip())
-    if _DATE.match(fields[0]) or (_NUMBER.fullmatch(fields[0]) and "beyond the year" in problem.message):
+    if _DATE.match(fields[0]) or (_NUMBER.fullmatch(fields[0]) and _OUTSIDE.search(problem.message)):
         return ProblemKind.STAMP
     if len(fields) == _IMU_COLUMNS and "ax ay az" in problem.message and all(map(_NUMBER.fullmatch, fields)):
         return ProblemKind.IMU

@@ -36,9 +36,36 @@ def test_the_folder_has_one_of_four_names(name: str, tmp_path: Path) -> None:
     assert found.read("sub\\x.png") == b"x"
 
 
+@pytest.mark.parametrize(
+    ("rawlog", "name"),
+    [
+        ("ref.log", "ref_Images"),
+        ("ref.RAWLOG", "ref_images"),
+        ("ref.v2.log", "ref.v2_IMAGES"),
+        ("ref.rawlog.rawlog", "ref.rawlog_Images"),
+        ("ref.rawlog.gz", "ref.rawlog_Images"),
+        ("ref", "ref_Images"),
+        ("ref.log", "ref.log_Images"),
+        (".rawlog", "_Images"),
+    ],
+)
+def test_the_name_of_the_folder_is_that_of_the_rawlog_without_any_extension(
+    rawlog: str, name: str, tmp_path: Path
+) -> None:
+    (tmp_path / "Images").mkdir()
+    (tmp_path / name).mkdir()
+    assert Folder(tmp_path / rawlog).path == tmp_path / name
+
+
+def test_a_missing_folder_is_told_by_the_name_that_mrpt_looks_for(tmp_path: Path) -> None:
+    with pytest.raises(MissingInputError, match="no folder 'ref_Images'"):
+        Folder(tmp_path / "ref.log").read("x.png")
+
+
 def test_the_first_name_wins(tmp_path: Path) -> None:
-    for name in ("Images", "a_Images"):
+    for name in ("Images", "a_Images", "a.log_Images"):
         (tmp_path / name).mkdir()
+    assert Folder(tmp_path / "a.log").path == tmp_path / "a_Images"
     assert Folder(tmp_path / "a.rawlog").path == tmp_path / "a_Images"
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
-from tests.formats.rawlog.made import opened, save, scan, with_depth
+from tests.formats.rawlog.made import TICKS, camera, opened, pose, save, scan, with_depth
 from tumtools.convert import convert
-from tumtools.errors import InputError
+from tumtools.errors import InputError, UnsupportedInputError
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.externals import Folder
 from tumtools.formats.rawlog.pictures import pictures_of, units_per_metre
@@ -33,9 +33,14 @@ COUNTS = np.arange(48, dtype="<u2").reshape(6, 8)
 BGR = np.ascontiguousarray(RGB[:, :, ::-1])
 
 
-def _file(pixels: npt.NDArray[np.uint8], kind: str) -> bytes:
+def _file(pixels: npt.NDArray[np.generic], kind: str, mode: str | None = None, **options: object) -> bytes:
     out = io.BytesIO()
-    PillowImage.fromarray(pixels).save(out, kind)
+    image = (
+        PillowImage.fromarray(pixels)
+        if mode is None
+        else PillowImage.frombytes(mode, (pixels.shape[1], pixels.shape[0]), pixels.tobytes())
+    )
+    image.save(out, kind, **options)
     return out.getvalue()
 
 
@@ -124,6 +129,79 @@ def test_external_images_of_any_kind(
         np.testing.assert_array_equal(pixels_of(image), RGB)
 
 
+WIDE = np.arange(300, 315, dtype="<u2").reshape(3, 5) * 7
+RGBA = np.arange(60, dtype=np.uint8).reshape(3, 5, 4)
+
+
+def _external(data: bytes, folder: Path) -> Image:
+    (folder / "a_Images").mkdir()
+    (folder / "a_Images" / "x.img").write_bytes(data)
+    return _load(Record("CImage", 9, {"external": 1, "file": "x.img"}), folder)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        _file(WIDE, "TIFF"),
+        _file(WIDE.astype("<i4"), "TIFF"),
+        _file(WIDE, "PPM"),
+        _file(WIDE, "JPEG2000"),
+        b"P5 5 3 4000\n" + WIDE.astype(">u2").tobytes(),
+        b"P2 5 3 4000\n" + b" ".join(b"%d" % value for value in WIDE.ravel()),
+    ],
+    ids=["TIFF", "TIFF of 32 bits", "PGM", "JPEG 2000", "PGM up to 4000", "plain PGM"],
+)
+def test_external_grey_of_16_bits_keeps_its_values(data: bytes, tmp_path: Path) -> None:
+    image = _external(data, tmp_path)
+    assert image.encoding == "mono16"
+    np.testing.assert_array_equal(pixels_of(image), WIDE)
+
+
+@pytest.mark.parametrize("kind", ["WEBP", "TIFF", "TGA"])
+def test_external_images_keep_their_alpha(kind: str, tmp_path: Path) -> None:
+    image = _external(
+        _file(RGBA, kind, **({"lossless": True, "exact": True} if kind == "WEBP" else {})), tmp_path
+    )
+    assert image.encoding == "rgba8"
+    np.testing.assert_array_equal(pixels_of(image), RGBA)
+
+
+def test_external_grey_and_palettes_with_transparency_keep_it(tmp_path: Path) -> None:
+    palette = PillowImage.fromarray(GREY % 4, "P")
+    palette.putpalette([10, 11, 12, 20, 21, 22, 30, 31, 32, 40, 41, 42])
+    out = io.BytesIO()
+    palette.save(out, "GIF", transparency=2)
+    image = _external(out.getvalue(), tmp_path)
+    assert image.encoding == "rgba8"
+    np.testing.assert_array_equal(pixels_of(image)[:, :, 0], GREY % 4 * 10 + 10)
+    np.testing.assert_array_equal(pixels_of(image)[:, :, 3], np.where(GREY % 4 == 2, 0, 255))
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (_file(WIDE.astype("<f4"), "TIFF"), "TIFF images of mode F"),
+        (_file(WIDE.astype("<i4") - 301 * 7, "TIFF"), "TIFF images of mode I with values from -7"),
+        (_file(WIDE.astype("<i4") * 1000, "TIFF"), "TIFF images of mode I with values from 2100000"),
+        (b"P6 5 1 4000\n" + WIDE.astype(">u2").tobytes(), "PPM images of mode RGB with samples up to 4000"),
+        (_file(RGBA, "TIFF", mode="CMYK"), "TIFF images of mode CMYK"),
+        (_file(RGBA, "JPEG", mode="CMYK"), "JPEG images of mode CMYK"),
+        (_file(RGB, "TIFF", mode="YCbCr"), "TIFF images of mode YCbCr"),
+        (
+            _file(RGB, "TIFF", save_all=True, append_images=[PillowImage.fromarray(RGB)]),
+            "a TIFF file of 2 images",
+        ),
+    ],
+    ids=["float", "negative", "too large", "colour of 16 bits", "CMYK", "JPEG in CMYK", "YCbCr", "two pages"],
+)
+def test_external_images_with_samples_that_no_encoding_holds_are_refused(
+    data: bytes, told: str, tmp_path: Path
+) -> None:
+    with pytest.raises(UnsupportedInputError, match=told) as caught:
+        _external(data, tmp_path)
+    assert str(caught.value.path).endswith("a_Images/x.img")
+
+
 def test_infrared_is_a_stream_of_its_own() -> None:
     image = Record("CImage", 9, {"external": 1, "file": "x.png"})
     streams = [next(pictures_of(scan(has_intensity=1, intensity=image, channel=n))).stream for n in (0, 1)]
@@ -188,6 +266,25 @@ def test_an_image_in_a_file_without_a_name_is_listed_as_lost(tmp_path: Path) -> 
         assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
             ("CAM", "depth image", 1),
             ("CAM", "image", 1),
+        ]
+
+
+def test_images_that_are_empty_are_listed_as_not_carried_over(tmp_path: Path) -> None:
+    none = {"colour": 1, "width": 0, "height": 0, "external": 0, "data": np.empty(0, np.uint8)}
+    nothing = Record("mrpt::img::CImage", 9, none)
+    fields = {"sensor_pose": pose(), "camera": camera(), "image": nothing, "time": TICKS, "label": "CAM"}
+    path = save(
+        tmp_path / "a.rawlog",
+        Record("mrpt::obs::CObservationImage", 4, fields),
+        scan(TICKS, "SCAN", has_intensity=1, intensity=nothing, **with_depth(COUNTS)),
+        scan(TICKS, "SCAN", **with_depth(np.empty((0, 0), "<u2"))),
+        scan(TICKS, "SCAN"),
+    )
+    with opened(path) as sequence:
+        assert [(loss.stream, loss.what, loss.count) for loss in sequence.info.not_carried] == [
+            ("CAM", "image without pixels", 1),
+            ("SCAN", "depth image without pixels", 1),
+            ("SCAN", "image without pixels", 1),
         ]
 
 

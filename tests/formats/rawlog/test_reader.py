@@ -26,6 +26,7 @@ from tumtools.images.codec import pixels_of
 from tumtools.model.text import TextLayout
 from tumtools.model.time import format_stamp, ticks_to_stamp
 from tumtools.sources import open_source
+from tumtools.validate.engine import validate
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -157,6 +158,51 @@ def test_several_sensors_for_one_stream_are_listed_and_one_can_be_chosen(tmp_pat
         ]
     with pytest.raises(UsageError, match="no sensor 'X' gives depth"):
         opened(path, topics={"depth": "X"})
+
+
+def test_a_sensor_without_a_label_can_be_chosen(tmp_path: Path) -> None:
+    scans = [scan(TICKS + n, label, **with_depth(COUNTS)) for n, label in enumerate(["", "my R", "my R"])]
+    path = save(tmp_path / "a.rawlog", *scans)
+    with pytest.raises(UsageError) as caught:
+        opened(path)
+    assert (
+        caught.value.hint == "choose one: --topic 'depth=my R', or --topic depth= for the one without a label"
+    )
+    with opened(path, topics={"depth": ""}) as sequence:
+        assert sequence.info.images["depth"].count == 1
+        assert [(loss.stream, loss.count) for loss in sequence.info.not_carried] == [("my R", 2)]
+    with opened(path, topics={"depth": "my R"}) as sequence:
+        assert [(loss.stream, loss.count) for loss in sequence.info.not_carried] == [("rawlog", 1)]
+    named = save(tmp_path / "b.rawlog", *scans[1:])
+    with pytest.raises(UsageError, match=r"no sensor '' gives depth; there are 'my R' \(2\)"):
+        opened(named, topics={"depth": ""})
+
+
+def test_a_sensor_without_a_label_that_is_not_chosen_is_not_warned_of(tmp_path: Path) -> None:
+    scans = [
+        scan(TICKS, label, range_is_depth=0, range_units=0.0, **with_depth(COUNTS)) for label in ("", "R")
+    ]
+    path = save(tmp_path / "a.rawlog", *scans)
+    with opened(path, streams=frozenset({"rgb"})) as sequence:
+        assert sequence.info.warnings == ()
+    with opened(path, topics={"depth": ""}) as sequence:
+        assert len(sequence.info.warnings) == 2
+
+
+def test_names_of_external_files_that_no_file_can_have_are_cut_in_messages(tmp_path: Path) -> None:
+    image = Record("CImage", 9, {"external": 1, "file": "x" * 5000})
+    scans = [scan(TICKS + n, has_intensity=1, intensity=image) for n in range(2)]
+    path = save(tmp_path / "a.rawlog", *scans)
+    for _ in range(2):  # without the folder and with it
+        with opened(path) as sequence:
+            assert len(sequence.info.warnings) == 2
+            assert all("xxx..." in warning and len(warning) < 500 for warning in sequence.info.warnings)
+            with pytest.raises(MissingInputError, match=r"xxx\.\.\.") as caught:
+                list(sequence.images())
+            assert len(str(caught.value)) < 700
+        (finding,) = {found.message for found in validate(path).findings if found.code == "TUM001"}
+        assert len(finding) < 200
+        (tmp_path / "a_Images").mkdir(exist_ok=True)
 
 
 def test_thousands_of_sensors_are_not_all_listed(tmp_path: Path) -> None:

@@ -176,6 +176,7 @@ def test_a_header_without_its_hash_is_kept_and_named() -> None:
         (b"yesterday 2 3 4\n", 1, "not a number of seconds: 'yesterday'"),
         (b"1 2 3 4\ntimestamp 2 3 4\n", 2, "not a number of seconds"),
         (b"1305031102175304000 2 3 4\n", 1, "beyond the year 2262"),
+        (b"-1305031102175304000 2 3 4\n", 1, "before the year 1678"),
         (b"1305031102175 2 3 4\n", 1, "rather milliseconds: divide by 1e3"),
         (b"1305031102175304 2 3 4\n", 1, "rather microseconds: divide by 1e6"),
         (b"1 2 3 4\n" * 100 + b"2 3 \0 4\n", 101, "not a number"),

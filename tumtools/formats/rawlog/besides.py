@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
+from tumtools.formats.rawlog.pictures import EMPTY_DEPTH_IMAGE, EMPTY_IMAGE
 from tumtools.formats.rawlog.signals import GROUNDTRUTH, GROUNDTRUTH_FILE
 from tumtools.model.sequence import IMAGE_STREAMS, LEFT_OUT, RECORDING, Loss
 
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from tumtools.formats.rawlog.survey import Survey
 
 _NO_PLACE: Final = "a sequence has no stream for it"
+_EMPTY: Final = "it is empty in the rawlog"
+_UNLABELLED: Final = "rawlog"
+"""Stands for the label of a sensor that has none, which is MRPT's default."""
 
 
 def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: bool) -> Iterator[Loss]:
@@ -30,16 +34,17 @@ def beside_the_streams(found: Survey, labels: Mapping[str, str], *, is_ours: boo
 
     """
     for (label, what), count in sorted(found.not_carried.items()):
-        yield Loss(label or "rawlog", what, count, _NO_PLACE)
+        why = _EMPTY if what in {EMPTY_IMAGE, EMPTY_DEPTH_IMAGE} else _NO_PLACE
+        yield Loss(label or _UNLABELLED, what, count, why)
     for (label, what), count in sorted(found.nameless.items()):
-        yield Loss(label, what, count, "it is said to be in a file whose name is empty")
+        yield Loss(label or _UNLABELLED, what, count, "it is said to be in a file whose name is empty")
     others = Counter(
         (place.picture.label, f"{place.picture.stream} image")
         for place in found.places
         if labels.get(place.picture.stream) != place.picture.label
     )
     for (label, what), count in sorted(others.items()):
-        yield Loss(label, what, count, "no or another sensor was chosen for the stream")
+        yield Loss(label or _UNLABELLED, what, count, "no or another sensor was chosen for the stream")
     for (stream, label), count in sorted(found.cameras_refused.items()):
         if labels.get(stream) == label:
             why = "no camera has them: numbers that are infinite, none or of a wrong sign, or an absurd size"

@@ -21,6 +21,7 @@ from tumtools.formats.rawlog import archive
 from tumtools.formats.rawlog.compression import Content, read_file
 from tumtools.images.limits import check_size
 from tumtools.images.parallel import take_room
+from tumtools.printable import shortened
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
 
 IMAGES_SUFFIX: Final = "_Images"
 """What the name of the folder of the files adds to the name of the rawlog."""
-_FOLDERS: Final = ("{stem}_Images", "{stem}_images", "{stem}_IMAGES", "Images")
+_SUFFIXES: Final = (IMAGES_SUFFIX, "_images", "_IMAGES")
+_SHARED_FOLDER: Final = "Images"
 _MAX_FILE: Final = archive.MAX_FIELD
 _MOST_HEADER: Final = 1 + archive.MAX_NAME + 1 + 8
 _COUNTS: Final = 2**16
@@ -50,11 +52,19 @@ class Folder:
     _sizes: dict[str, int | None] = field(default_factory=dict, init=False)
 
     @property
+    def _stem(self) -> str:
+        """The name of the rawlog without its extension, whichever it is: MRPT cuts any."""
+        stem, dot, _ = self.rawlog.name.rpartition(".")
+        return stem if dot else self.rawlog.name
+
+    @property
     def path(self) -> Path | None:
         """The folder of the external files, if there is one."""
         if self._found is None:
-            names = (name.format(stem=self.rawlog.name.removesuffix(".rawlog")) for name in _FOLDERS)
-            candidates = (self.rawlog.parent / name for name in names)
+            # Beside those of MRPT, tumtools has long taken the whole name of what is no `.rawlog`.
+            stems = self._stem, self.rawlog.name.removesuffix(".rawlog")
+            names = (f"{stem}{suffix}" for stem in stems for suffix in _SUFFIXES)
+            candidates = (self.rawlog.parent / name for name in (*names, _SHARED_FOLDER))
             self._found = next((path for path in candidates if path.is_dir()), None)
         return self._found
 
@@ -89,13 +99,19 @@ class Folder:
         parts = self.check(name)
         folder = self.path
         if folder is None:
-            expected = f"{self.rawlog.name.removesuffix('.rawlog')}{IMAGES_SUFFIX}"
+            expected = f"{self._stem}{IMAGES_SUFFIX}"
             raise MissingInputError(
-                f"the rawlog names the external file {name!r}, but there is no folder {expected!r} beside it",
+                f"the rawlog names the external file {shortened(name)!r}, "
+                f"but there is no folder {expected!r} beside it",
                 path=self.rawlog,
                 hint="copy the folder of the images to the rawlog",
             )
         return "/".join((str(folder), *parts))
+
+    def shown(self, name: str) -> str:
+        """Return where the file of a name should be, for messages; raises as `locate` does."""
+        path = self.locate(name)
+        return f"{path[: -len(name)]}{shortened(path[-len(name) :])}"
 
     def read(self, name: str) -> bytes:
         """Read a file.
@@ -111,11 +127,11 @@ class Folder:
         except MissingInputError as error:
             raise MissingInputError(
                 f"the external file of {self.rawlog.name} is missing",
-                path=path,
+                path=self.shown(name),
                 hint="copy the folder of the images to the rawlog",
             ) from error
         if len(data) > _MAX_FILE:
-            raise InputError(f"the external file has more than {_MAX_FILE} bytes", path=path)
+            raise InputError(f"the external file has more than {_MAX_FILE} bytes", path=self.shown(name))
         return data
 
     def size(self, name: str) -> int | None:

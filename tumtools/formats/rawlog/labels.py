@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING, Final
 
 from tumtools.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
     from pathlib import Path
 
     from tumtools.formats.options import ReadOptions
@@ -22,6 +24,13 @@ _LONGEST: Final = 60
 
 def _shown(label: str) -> str:
     return repr(label) if len(label) <= _LONGEST else f"{label[:_LONGEST]!r}..."
+
+
+def _choice(stream: str, labels: Collection[str]) -> str:
+    """Return an option that takes one of several labels, as a shell needs it."""
+    named = next((label for label in labels if 0 < len(label) <= _LONGEST), "LABEL")
+    text = f"--topic {shlex.quote(f'{stream}={named}')}"
+    return f"{text}, or --topic {stream}= for the one without a label" if "" in labels else text
 
 
 def choose_labels(path: Path, found: Survey, options: ReadOptions, warnings: list[str]) -> dict[str, str]:
@@ -47,12 +56,12 @@ def choose_labels(path: Path, found: Survey, options: ReadOptions, warnings: lis
         listed += f" and {len(labels) - _MOST} more" if len(labels) > _MOST else ""
         asked = options.topics.get(stream)
         if asked is not None and asked not in labels:
-            raise UsageError(f"no sensor {asked!r} gives {stream}; there are {listed}", path=path)
+            raise UsageError(f"no sensor {_shown(asked)} gives {stream}; there are {listed}", path=path)
         if asked is not None or len(labels) == 1:
             chosen[stream] = asked if asked is not None else next(iter(labels))
             continue
         text = f"several sensors give {stream}: {listed}"
-        choice = f"--topic {stream}={next(iter(labels))[:_LONGEST]}"
+        choice = _choice(stream, labels)
         if options.lenient:
             warnings.append(f"{path}: {text}; choose one: {choice}")
         elif options.wants(stream):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from tumtools.formats.rawlog.intrinsics import camera_of
+from tumtools.formats.rawlog.pictures import empty
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -130,6 +131,7 @@ def not_carried(record: Record, imu: Imu | None = None) -> Iterator[str]:
     """
     if record.type in _WITH_STREAMS and _moves(record.child("sensor_pose")):
         yield "pose of the sensor on the robot"
+    yield from empty(record)
     if record.type == "CObservation3DRangeScan":
         yield from _beside_the_images(record)
     elif imu is not None:

@@ -37,6 +37,8 @@ _INFRARED: Final = 1
 _METRES: Final = 1.0
 _DEFAULT_UNITS: Final = 0.001
 """MRPT's; taken for units that no sensor has, too."""
+EMPTY_IMAGE: Final = "image without pixels"
+EMPTY_DEPTH_IMAGE: Final = "depth image without pixels"
 _PLAUSIBLE_UNITS: Final = (1e-9, 1e3)
 """Metres per count."""
 
@@ -111,9 +113,8 @@ class Picture:
             try:
                 return replace(_image_of_file(data), origin=folder.locate(self.file))
             except InputError as error:
-                raise type(error)(
-                    error.message, path=folder.locate(self.file), location=error.location
-                ) from error
+                path, place, hint = folder.locate(self.file), error.location, error.hint
+                raise type(error)(error.message, path=path, location=place, hint=hint) from error
         if self.image is None:
             raise InputError("the observation holds no image", path=folder.rawlog)
         where = f"image at offset {self.image.offset}"
@@ -194,6 +195,23 @@ def nameless(record: Record) -> Iterator[str]:
         yield "depth image"
 
 
+def empty(record: Record) -> Iterator[str]:
+    """Name the images that an observation should hold and does not."""
+    name = {"CObservation3DRangeScan": "intensity", "CObservationImage": "image"}.get(record.type)
+    if name is None:
+        return
+    image = record.child(name)
+    should_be = name == "image" or record.integer("has_intensity")
+    if should_be and _usable(image) is None and not (image is not None and image.integer("external")):
+        yield EMPTY_IMAGE
+    if (
+        record.integer("has_range")
+        and not record.integer("range_external")
+        and not _embedded_range(record).size
+    ):
+        yield EMPTY_DEPTH_IMAGE
+
+
 def _picture_of_image(image: Record, stream: str, owner: Record) -> Picture:
     time, label = owner.integer("time"), owner.text("label")
     if image.integer("external"):
@@ -238,12 +256,9 @@ def _image_of_file(data: bytes) -> Image:
         return image_of_png(data)
     if data.startswith(_JPEG_MAGIC):
         return image_of_jpeg(data)
-    from tumtools.images.pillow import opened  # noqa: PLC0415 - brings Pillow
+    from tumtools.images.pillow import pixels_of_file  # noqa: PLC0415 - brings Pillow
 
-    with opened(data, "not an image that can be read") as picture:
-        grey = picture.mode in {"1", "L"}
-        pixels = np.asarray(picture.convert("L" if grey else "RGB"))
-    return image_of_pixels(pixels, "mono8" if grey else "rgb8")
+    return image_of_pixels(*pixels_of_file(data))
 
 
 def _image_of_record(image: Record) -> Image:

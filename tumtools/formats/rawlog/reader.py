@@ -38,6 +38,7 @@ from tumtools.model.sequence import (
     Sequence,
     SequenceInfo,
 )
+from tumtools.printable import shortened
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -181,7 +182,7 @@ class RawlogSequence(Sequence):
             name = self.missing[0].place.picture.file
             count = len(self.missing)
             what = "1 external file is" if count == 1 else f"{count} external files are"
-            self._warnings.append(f"{path}: {what} missing, the first is {name!r}")
+            self._warnings.append(f"{path}: {what} missing, the first is {shortened(name or '')!r}")
 
     def _make_info(self, found: Survey, labels: dict[str, str], text: dict[str, TextLayout]) -> SequenceInfo:
         meta, stem = self._metadata, self._path.name.removesuffix(SUFFIX)
@@ -288,7 +289,7 @@ class RawlogSequence(Sequence):
             raise MissingInputError(
                 f"the external file is missing; object {missing[0].place.number} of {self._path.name} "
                 f"names it, as {len(missing)} of its {len(wanted)} images are",
-                path=self._folder.locate(name),
+                path=self._folder.shown(name),
                 hint="copy the folder of the images to the rawlog",
             )
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from tumtools.formats.rawlog.entries import count_of
 from tumtools.formats.rawlog.signals import GROUNDTRUTH, GROUNDTRUTH_FILE
 from tumtools.formats.rawlog.stamps import Origin
+from tumtools.printable import shortened
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -33,12 +34,13 @@ def warnings_of(path: Path, found: Survey, labels: Mapping[str, str]) -> Iterato
     """
     if found.damage is not None:
         yield f"{path}: {found.damage.message}; what is before it ({found.count} objects) is read"
-    if count := found.euclidean.get(labels.get("depth", ""), 0):
+    chosen = [label for stream, label in labels.items() if stream == "depth"]  # it may be empty
+    if count := sum(found.euclidean[label] for label in chosen):
         yield (
             f"{path}: {count} depth images hold distances along the ray of each pixel "
             "(range_is_depth = 0), not depth along the optical axis; they are given as they are"
         )
-    if count := found.unitless.get(labels.get("depth", ""), 0):
+    if count := sum(found.unitless[label] for label in chosen):
         yield (
             f"{path}: {count} depth images have a unit that no sensor has (rangeUnits zero, negative or "
             "absurd); their counts are taken for millimetres, as MRPT does by default"
@@ -85,7 +87,7 @@ def warnings_of_files(path: Path, entries: Entries) -> Iterator[str]:
     if shared:
         stream, name, count = max(shared, key=lambda item: item[2])
         more = f"; {len(shared) - 1} more files are shared" if len(shared) > 1 else ""
-        yield f"{path}: {count} {stream} images are the one file {name!r}{more}"
+        yield f"{path}: {count} {stream} images are the one file {shortened(name or '')!r}{more}"
 
 
 def warnings_of_groundtruth(path: Path, notes: Notes | None, *, there: bool) -> Iterator[str]:

@@ -67,7 +67,7 @@ def places(version: int, label: str, nbytes: int) -> tuple[int, int]:
 def read_run(source: Input, record: Record) -> Run | None:
     """Read the objects that follow one and are like it, as far as they are at hand; None if there are none.
 
-    An object that needs a closer look, as its time is none or beyond the year 2262, ends the run.
+    An object that needs a closer look, as its time is none or no stamp, ends the run.
     """
     if record.type != "CObservationIMU" or record.old_framing:
         return None

@@ -80,5 +80,5 @@ def _in_name(name: str | None) -> tuple[int, int] | None:
     match = _STAMP_IN_NAME.fullmatch(name) if name else None
     try:
         return (parse_stamp(match[1]), int(match[2] or 0)) if match else None
-    except ValueError:  # a number like a stamp, but beyond the year 2262
+    except ValueError:  # a number like a stamp, but before the year 1678 or beyond 2262
         return None

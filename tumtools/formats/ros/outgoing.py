@@ -147,7 +147,7 @@ def outgoing(sequence: Sequence, style: Style) -> Outgoing:
             add("tf", TF_TOPIC, messages.TF_MESSAGE)
         if style.groundtruth in {"pose", "both"}:
             add("groundtruth", topics["groundtruth"], messages.POSE_STAMPED)
-    _check_topics(channels)
+    _check_topics(channels, style.options.topics)
     kept = metadata.gather(sequence, places, style.options.camera)
     if style.depth_encoding != "png":
         kept = replace(kept, depth_units_per_metre=None)  # the message says it
@@ -155,8 +155,11 @@ def outgoing(sequence: Sequence, style: Style) -> Outgoing:
     return Outgoing(tuple(channels), strings, tuple(_warnings(sequence, style)), sequence, style, numbers)
 
 
-def _check_topics(channels: list[OutChannel]) -> None:
-    """Refuse two kinds of messages under one name, which no reader could tell apart."""
+def _check_topics(channels: list[OutChannel], asked: Mapping[str, str]) -> None:
+    """Refuse empty names, and two kinds of messages under one name, which no reader could tell apart."""
+    for stream, name in asked.items():
+        if not name:
+            raise UsageError(f"--topic {stream}=: a topic cannot have an empty name")
     topics = [channel.topic for channel in channels]
     for topic in topics:
         if topics.count(topic) > 1:

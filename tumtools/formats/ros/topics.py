@@ -71,10 +71,10 @@ def resolve(recording: Recording, options: ReadOptions, places: Mapping[str, str
     by_topic = {channel.topic: channel for channel in recording.channels}
     frames: str | None = None
     for stream in STREAMS:
-        topic = options.topics.get(stream) or places.get(stream)
+        topic = options.topics.get(stream, places.get(stream) or None)
         if stream == "groundtruth" and stream in options.topics:
             topic, _, frames = options.topics[stream].partition(":")
-        if topic:
+        if topic is not None:
             channel = by_topic.get(topic)
             if channel is None and stream not in options.topics:
                 warnings.append(

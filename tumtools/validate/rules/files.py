@@ -11,6 +11,7 @@ import numpy as np
 from tumtools.errors import MissingInputError
 from tumtools.model.sequence import IMAGE_STREAMS
 from tumtools.model.text import TITLES
+from tumtools.printable import shortened
 from tumtools.validate.finding import NOWHERE, Place, Severity
 from tumtools.validate.rule import Found, rule
 from tumtools.validate.subject import ProblemKind
@@ -51,7 +52,7 @@ def missing_file(subject: Subject, limits: Limits) -> Iterator[Found]:
         severity = Severity.WARNING if subject.salvage else None
         for row, stamp, name in missing:
             place = Place(stream=stream, row=row, stamp=stamp)
-            yield Found(f"the external file {name} is missing", place, severity=severity)
+            yield Found(f"the external file {shortened(name)} is missing", place, severity=severity)
     if subject.sizes is None:
         return
     for stream, names in subject.names.items():

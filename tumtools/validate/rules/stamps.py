@@ -227,7 +227,7 @@ def _guess_text(token: str) -> str:
     for scale, unit in _SCALES:
         if _EARLIEST <= value / scale <= _LATEST:
             return f"it looks like {unit}"
-    return "it is beyond the year 2262"
+    return "it is before the year 1678" if value < 0 else "it is beyond the year 2262"
 
 
 def _guess_small(stamps: Stamps) -> str:

@@ -175,7 +175,7 @@ def convert(
     with staged(target, force=options.force) as path:
         recorded = None
         if options.verify or keep_digest:
-            recorded = Recorded(prepared, needs, keep_digest=keep_digest)
+            recorded = Recorded(prepared, needs, keep_digest=keep_digest, keep_fingerprints=options.verify)
         written = entry.writer.write(recorded or prepared, path, write_options, progress)
         losses = _merge(not_carried, written, transform_losses(prepared))
         if options.strict:

@@ -67,6 +67,11 @@ def fingerprint(image: Image) -> Fingerprint:
     return Fingerprint(None, mark, _mark_of_canonical(image, pixels, mark))
 
 
+def _of_made(image: Image) -> Fingerprint:
+    """Return that of metres made here: they lie in the result as they are, so no other form is needed."""
+    return Fingerprint(pixels=_mark_of_pixels(image, pixels_of(image)))
+
+
 def full_fingerprint(image: Image) -> Fingerprint:
     """Return the marks of all forms, decoding a PNG file."""
     found = fingerprint(replace(image, pixels=pixels_of(image)))
@@ -131,17 +136,26 @@ class Recorded(Sequence):
         sequence: What is written.
         needs: What the writer needs pixels of; these are decoded here, once, and counts made metres.
         keep_digest: Note SHA-256 as well, for the writer to keep.
+        keep_fingerprints: Note fingerprints; without, the result cannot be verified.
 
     Attributes:
         fingerprints: By stream and row, of the images that have been loaded.
 
     """
 
-    def __init__(self, sequence: Sequence, needs: Needs | None = None, *, keep_digest: bool = False) -> None:
+    def __init__(
+        self,
+        sequence: Sequence,
+        needs: Needs | None = None,
+        *,
+        keep_digest: bool = False,
+        keep_fingerprints: bool = True,
+    ) -> None:
         self._inner = sequence
         self._needs = needs or Needs()
         self.fingerprints: dict[tuple[str, int], Fingerprint] = {}
         self._noted = Noted() if keep_digest else None
+        self._keep_fingerprints = keep_fingerprints
         self.info = sequence.info
         self.groundtruth = sequence.groundtruth
         self.accelerometer = sequence.accelerometer
@@ -168,11 +182,10 @@ class Recorded(Sequence):
             self._noted.add(frame, of, image_digest(image, of))
         given = image
         image = _in_metres(given) if self._needs.metres else given
-        # Metres lie in the result as they are, and nothing canonical is needed to find them there.
-        metres = image is not given
-        seen = Fingerprint(pixels=_mark_of_pixels(image, pixels_of(image))) if metres else fingerprint(image)
-        # A dict is safe to fill from several threads.
-        self.fingerprints[frame.stream, frame.row] = seen
+        if self._keep_fingerprints:
+            # A dict is safe to fill from several threads.
+            seen = fingerprint(image) if image is given else _of_made(image)
+            self.fingerprints[frame.stream, frame.row] = seen
         return image
 
     def noted_digest(self) -> Mapping[str, KeptDigest] | None:

@@ -88,7 +88,7 @@ def test_all_messages_are_found_in_order_of_time_and_place(
 def test_the_order_is_the_same_without_an_index(
     tmp_path: Path, file: ByHand, changed: dict[str, int]
 ) -> None:
-    recording = McapRecording(replace(file, **changed).write(tmp_path / "x.mcap"))  # type: ignore[arg-type]
+    recording = McapRecording(replace(file, **changed).write(tmp_path / "x.mcap"))  # type: ignore[arg-type]  # of any field
     assert _read(recording) == in_order(file)
 
 

@@ -38,7 +38,7 @@ def test_a_stream_comes_back(container: str, tmp_path: Path) -> None:
     parts = [compressor.compress(DATA[:1000]), compressor.compress(DATA[1000:]), compressor.flush()]
     path.write_bytes(b"".join(parts))
     assert _all(path) == (container, DATA)
-    content = Content(deflate(DATA, container), path)  # type: ignore[arg-type]
+    content = Content(deflate(DATA, container), path)  # type: ignore[arg-type]  # a parameter is any text
     assert [content.read(8), content.read(len(DATA)), content.read(1)] == [DATA[:8], DATA[8:], b""]
 
 

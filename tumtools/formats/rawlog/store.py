@@ -62,7 +62,7 @@ class Store:
             data, suffix = png_of(image), ".png"
         for name in self.names[key]:
             # Path takes as long as a small file.
-            with open(f"{self.folder}/{name}{suffix}", "wb") as file:  # noqa: PTH123
+            with open(f"{self.folder}/{name}{suffix}", "wb") as file:  # noqa: PTH123 - as said
                 file.write(data)
         nbytes = len(data) * len(self.names[key])
         return Stored(key, suffix, image.width, image.height, nbytes, range_units, rounding)

@@ -93,7 +93,7 @@ def _profiles(text: str) -> list[list[str]]:
         return [[_NOT_READ]]
     try:
         # Of the safe loaders the one that makes nothing but texts: no tag, number or date can go wrong.
-        found: object = yaml.load(text, yaml.BaseLoader)  # noqa: S506
+        found: object = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - as said
     except (yaml.YAMLError, RecursionError):
         return [[_NOT_READ]]
     if found is None or (isinstance(found, str) and found in _SILENT):

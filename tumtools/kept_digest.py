@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from tumtools.digest import pixel_digest
 from tumtools.errors import InputError
 from tumtools.images.codec import pixels_of
-from tumtools.images.parallel import ordered_map
+from tumtools.images.parallel import BATCH, ordered_map
 from tumtools.model.digest import KeptDigest, Kind, digest_of_images, digest_of_rows
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
 
@@ -157,7 +157,11 @@ def check(sequence: Sequence, *, jobs: int = 2, progress: Progress | None = None
             hint="what tumtools converts to mcap, rosbag1, rosbag2 or rawlog carries one, unless --no-digest",
         )
     watch = Watch(sequence, sequence.info.digest)
-    for nbytes in ordered_map(lambda frame: watch.frame(frame).load().nbytes, sequence.images(), jobs):
+
+    def load(frame: Frame) -> int:
+        return watch.frame(frame).load().nbytes
+
+    for nbytes in ordered_map(load, sequence.images(), jobs, batch=BATCH):
         if progress is not None:
             progress(1, nbytes)
     return watch.checks()

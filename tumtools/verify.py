@@ -10,8 +10,7 @@ in the same encoding, is the same image, and nothing more is decoded or converte
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import islice
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -21,22 +20,18 @@ from tumtools.formats.cameras import chosen_calibration, known_camera
 from tumtools.formats.options import WriteOptions
 from tumtools.formats.ros.layouts import is_default_frame
 from tumtools.formats.tum.text import render
-from tumtools.images.parallel import ordered_map
+from tumtools.images.parallel import BATCH, ordered_map
 from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence
 from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable
 
     import numpy.typing as npt
 
     from tumtools.formats.options import Progress
-    from tumtools.model.image import Image
     from tumtools.model.sequence import Loss, Part
     from tumtools.model.signals import Accelerometer, Trajectory
-
-_BATCH: Final = 4
-"""Images that a thread takes at a time: to hand one over costs as much as to compare a small one."""
 
 Key = TypeVar("Key")
 
@@ -125,25 +120,21 @@ def _verify_images(
     decoded = {stream for (stream, _), seen in written.fingerprints.items() if seen.png is None}
     found: dict[str, list[tuple[int, Fingerprint]]] = {stream: [] for stream in moved}
 
-    def check(frames: list[Frame]) -> list[tuple[Frame, int, Fingerprint | None]]:
-        return [(frame, *check_one(frame, frame.load())) for frame in frames]
-
-    def check_one(frame: Frame, image: Image) -> tuple[int, Fingerprint | None]:
+    def check(frame: Frame) -> tuple[Frame, int, Fingerprint | None]:
+        image = frame.load()
         if frame.stream in moved:
-            return image.nbytes, (full_fingerprint if frame.stream in decoded else fingerprint)(image)
+            return frame, image.nbytes, (full_fingerprint if frame.stream in decoded else fingerprint)(image)
         expected = written.fingerprints.get((frame.stream, frame.row))
         if not altered.has("pixels", frame.stream) and (expected is None or not is_same(image, expected)):
             raise _bug(
                 f"the {frame.stream} image at {format_stamp(frame.stamp, 9)} differs from what was written"
             )
-        return image.nbytes, None
+        return frame, image.nbytes, None
 
-    frames = _batches(result.images([*written.info.images]), _BATCH)
-    for batch in ordered_map(check, frames, jobs, window=2 * jobs):
-        for frame, nbytes, seen in batch:
-            if seen is not None:
-                found[frame.stream].append((frame.stamp, seen))
-            progress(1, nbytes)
+    for frame, nbytes, seen in ordered_map(check, result.images([*written.info.images]), jobs, batch=BATCH):
+        if seen is not None:
+            found[frame.stream].append((frame.stamp, seen))
+        progress(1, nbytes)
     for stream in sorted(moved):
         rows = enumerate(written.image_stamps(stream).tolist())
         given = [(stamp, written.fingerprints.get((stream, row), Fingerprint())) for row, stamp in rows]
@@ -154,12 +145,6 @@ def _verify_images(
 def _anything(one: object, other: object) -> bool:
     del one, other
     return True
-
-
-def _batches(items: Iterable[Frame], size: int) -> Iterator[list[Frame]]:
-    iterator = iter(items)
-    while batch := list(islice(iterator, size)):
-        yield batch
 
 
 # --- signals ------------------------------------------------------------------------------------------

@@ -37,19 +37,23 @@ def _items(taken: list[int], count: int = 100, fail_at: int | None = None) -> It
         yield number
 
 
+@pytest.mark.parametrize("batch", [1, 4])
 @pytest.mark.parametrize("jobs", [1, 2, 8])
-def test_results_come_in_order(jobs: int) -> None:
+def test_results_come_in_order(jobs: int, batch: int) -> None:
     def slow_first(number: int) -> int:
         time.sleep(0.002 * (number % 3 == 0))
         return -number
 
-    assert list(ordered_map(slow_first, range(50), jobs)) == [-number for number in range(50)]
+    assert list(ordered_map(slow_first, range(50), jobs, batch=batch)) == [-number for number in range(50)]
 
 
-@pytest.mark.parametrize(("jobs", "window", "ahead"), [(2, None, 8), (2, 3, 3), (4, 1, 1), (1, None, 1)])
-def test_items_are_taken_within_the_window(jobs: int, window: int | None, ahead: int) -> None:
+@pytest.mark.parametrize(
+    ("jobs", "window", "batch", "ahead"),
+    [(2, None, 1, 8), (2, 3, 1, 3), (4, 1, 1, 1), (1, None, 1, 1), (2, None, 4, 16), (2, 1, 4, 4)],
+)
+def test_items_are_taken_within_the_window(jobs: int, window: int | None, batch: int, ahead: int) -> None:
     taken: list[int] = []
-    for done, _ in enumerate(ordered_map(str, _items(taken), jobs, window)):
+    for done, _ in enumerate(ordered_map(str, _items(taken), jobs, window, batch=batch)):
         assert len(taken) - done <= ahead
     assert len(taken) == 100
 
@@ -79,11 +83,42 @@ def test_large_images_are_worked_on_one_at_a_time_and_small_ones_together(jobs: 
     assert held["most"] <= 3 * ROOM_BYTES + 10 * jobs
 
 
+@pytest.mark.parametrize("batch", [1, 4])
 @pytest.mark.parametrize("join", [True, False])
-def test_who_waits_for_room_goes_home_when_nobody_wants_the_results(join: bool) -> None:
-    results = ordered_map(take_room, [2 * ROOM_BYTES] * 20, 4, join=join)
+def test_who_waits_for_room_goes_home_when_nobody_wants_the_results(join: bool, batch: int) -> None:
+    results = ordered_map(take_room, [2 * ROOM_BYTES] * 20, 4, batch=batch, join=join)
     next(results)
     results.close()
+
+
+def test_an_item_of_a_batch_gives_its_room_back_when_it_is_done() -> None:
+    """Else two threads with two large images each would wait for each other's batches."""
+    together = threading.Barrier(2, timeout=10)
+
+    def work(number: int) -> None:
+        take_room(ROOM_BYTES // 2)
+        if number in {3, 7}:  # the last items of the first two batches
+            together.wait()
+
+    assert list(ordered_map(work, range(8), 2, batch=4)) == [None] * 8
+
+
+def test_a_batch_ends_early_when_nobody_wants_its_results() -> None:
+    done: list[int] = []
+    go = threading.Event()
+
+    def work(number: int) -> None:
+        if number == 2:
+            go.wait(10)
+        done.append(number)
+
+    results = ordered_map(work, range(4), 2, window=2, batch=2)
+    next(results)
+    results.close()
+    go.set()
+    for thread in _ours():
+        thread.join(10)
+    assert sorted(done) == [0, 1, 2]
 
 
 def test_an_error_lets_those_who_wait_for_room_go(caplog: pytest.LogCaptureFixture) -> None:
@@ -106,17 +141,19 @@ def test_the_function_runs_in_the_threads_and_the_iterable_in_the_callers() -> N
     assert all(caller is threading.main_thread() and worker is not caller for caller, worker in pairs)
 
 
+@pytest.mark.parametrize("batch", [1, 4])
 @pytest.mark.parametrize("jobs", [1, 2, 8])
-def test_an_exception_of_the_function_comes_at_its_place(jobs: int) -> None:
-    results = ordered_map(lambda number: 1 // (7 - number), range(100), jobs)
+def test_an_exception_of_the_function_comes_at_its_place(jobs: int, batch: int) -> None:
+    results = ordered_map(lambda number: 1 // (7 - number), range(100), jobs, batch=batch)
     assert [next(results) for _ in range(7)] == [1 // (7 - number) for number in range(7)]
     with pytest.raises(ZeroDivisionError):
         next(results)
 
 
+@pytest.mark.parametrize("batch", [1, 4])
 @pytest.mark.parametrize("jobs", [1, 2, 8])
-def test_an_exception_of_the_iterable_comes_at_its_place(jobs: int) -> None:
-    results = ordered_map(str, _items([], fail_at=7), jobs)
+def test_an_exception_of_the_iterable_comes_at_its_place(jobs: int, batch: int) -> None:
+    results = ordered_map(str, _items([], fail_at=7), jobs, batch=batch)
     assert [next(results) for _ in range(7)] == list("0123456")
     with pytest.raises(KeyError):
         next(results)

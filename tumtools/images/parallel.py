@@ -8,22 +8,28 @@ import queue
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from itertools import islice
 from threading import Condition, Event, Thread, local
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, TypeAlias, TypeVar
 
 from tumtools.images.memory import keep_freed_memory
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable
+    from collections.abc import Callable, Generator, Iterable, Iterator
 
 ROOM_BYTES: Final = 64 * 2**20
 """Of decoded images under way at a time: some eighty of the benchmark's; a larger one goes alone."""
 
+BATCH: Final = 4
+"""Items to hand over together where they take a millisecond or so: each handing over wakes two threads."""
 _WINDOW: Final = 4
 """Items for each thread. With two, a thread often waits for the caller to come and give it another one."""
+_WINDOW_OF_BATCHES: Final = 2
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+_Done: TypeAlias = tuple[list[Result], Exception | None]
+"""What a thread has made of a batch, and what ended that early."""
 
 
 class _Room:
@@ -54,6 +60,13 @@ class _Room:
             for past in [one for one in self._taken if one < number]:
                 del self._taken[past]
             self._changed.notify_all()
+
+    def give_back(self, number: int) -> bool:
+        """Give back what an item has taken before its result is used; tell whether anybody wants that."""
+        with self._changed:
+            if self._taken.pop(number, 0):
+                self._changed.notify_all()
+            return not self._closed
 
     def close(self) -> None:
         """Let everybody go on: nobody waits for results any more."""
@@ -88,6 +101,7 @@ def ordered_map(
     jobs: int,
     window: int | None = None,
     *,
+    batch: int = 1,
     join: bool = False,
 ) -> Generator[Result, None, None]:
     """Yield `function(item)` for each item, in order, computed by threads.
@@ -100,7 +114,10 @@ def ordered_map(
         function: Called in any thread.
         items: Read ahead by at most `window`.
         jobs: Threads; 1 computes in the caller's thread.
-        window: Items under way; four times the threads unless told. Fewer for what takes much memory.
+        window: Batches under way; twice the threads unless told, four times if they are of one item. Fewer
+            for what takes much memory.
+        batch: Items that are handed to a thread together. More than one (`BATCH`) saves time where results
+            hold no image: what an item takes of the room is given back as soon as it is done.
         join: Wait for the threads when the generator ends early, so that `function` has no effect after
             that. The caller must then close the generator itself and not leave that to the collector.
 
@@ -109,47 +126,73 @@ def ordered_map(
     if jobs <= 1:
         yield from map(function, items)
         return
-    pending: deque[Future[Result]] = deque()
-    limit = window or _WINDOW * jobs
+    pending: deque[Future[_Done[Result]]] = deque()
+    limit = window or jobs * (_WINDOW if batch == 1 else _WINDOW_OF_BATCHES)
     pool = ThreadPoolExecutor(jobs, thread_name_prefix="tumtools")
     room = _Room()
-    failure: Exception | None = None
-    iterator = iter(items)
+    batches = _Batches(items, batch)
     given = 0
 
-    def work(number: int, item: Item) -> Result:
-        _PLACE.room, _PLACE.number = room, number
-        try:
-            return function(item)
-        finally:
-            _PLACE.room = None
-
-    def result() -> Result:
+    def done() -> Iterator[Result]:
         room.wait_for(given - len(pending))
-        return pending.popleft().result()
+        results, error = pending.popleft().result()
+        yield from results
+        if error is not None:
+            raise error
 
     try:
-        while True:
-            try:
-                item = next(iterator)
-            except StopIteration:
-                break
-            except Exception as error:  # noqa: BLE001 - its turn comes after what is under way
-                failure = error
-                break
-            pending.append(pool.submit(work, given, item))
+        for taken in batches:
+            pending.append(pool.submit(_work, function, taken, room, given))
             given += 1
             if len(pending) >= limit:
-                yield result()
+                yield from done()
         while pending:
-            yield result()
-        if failure is not None:
-            raise failure
+            yield from done()
+        if batches.failure is not None:
+            raise batches.failure
     finally:
         room.close()
         # No waiting unless told: the garbage collector may be what ends us, inside any lock of this or
         # another pool.
         pool.shutdown(wait=join, cancel_futures=True)
+
+
+def _work(function: Callable[[Item], Result], taken: list[Item], room: _Room, number: int) -> _Done[Result]:
+    """Work on a batch, until it is done, something is raised, or nobody wants the results any more."""
+    _PLACE.room, _PLACE.number = room, number
+    results: list[Result] = []
+    try:
+        for item in taken:
+            results.append(function(item))
+            if len(taken) > 1 and not room.give_back(number):
+                break
+    except Exception as error:  # noqa: BLE001 - its turn comes after the results before it
+        return results, error
+    finally:
+        _PLACE.room = None
+    return results, None
+
+
+class _Batches(Generic[Item]):
+    """Takes items a few at a time; what the iterable raises ends it and is kept."""
+
+    def __init__(self, items: Iterable[Item], size: int) -> None:
+        self._items = iter(items)
+        self._size = size
+        self.failure: Exception | None = None
+
+    def __iter__(self) -> Iterator[list[Item]]:
+        while self.failure is None and (taken := self._take()):
+            yield taken
+
+    def _take(self) -> list[Item]:
+        taken: list[Item] = []
+        try:
+            for item in islice(self._items, self._size):
+                taken.append(item)  # noqa: PERF402 - what was taken before an exception counts
+        except Exception as error:  # noqa: BLE001 - its turn comes after what was taken
+            self.failure = error
+        return taken
 
 
 def read_ahead(items: Iterable[Item], window: int) -> Generator[Item, None, None]:

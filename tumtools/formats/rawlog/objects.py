@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from tumtools.errors import InputError
 from tumtools.formats.rawlog import archive
+from tumtools.formats.rawlog.alike import Alike
 from tumtools.formats.rawlog.archive import Input, Record
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.compression import Container, Pieces
@@ -92,12 +93,17 @@ def top_level(source: Input, *, runs: bool = False) -> Iterator[Record | Run]:
         InputError: Damage, with number and offset of the object.
 
     """
-    number = 0
+    number, alike = 0, Alike()
     while not source.at_end():
         source.begin(f"object {number}")
+        if runs and (record := alike.read(source)):
+            yield record
+            number += 1
+            continue
         header = archive.read_header(source)
         if archive.class_of(header.name) != "CRawlog":
             record = CODEC.read_body(source, header)
+            alike.remember(source, record)
             yield record
             number += 1
             if runs and (run := read_run(source, record)):

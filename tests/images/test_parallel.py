@@ -105,15 +105,17 @@ def test_an_item_of_a_batch_gives_its_room_back_when_it_is_done() -> None:
 
 def test_a_batch_ends_early_when_nobody_wants_its_results() -> None:
     done: list[int] = []
-    go = threading.Event()
+    begun, go = threading.Event(), threading.Event()
 
     def work(number: int) -> None:
         if number == 2:
+            begun.set()
             go.wait(10)
         done.append(number)
 
     results = ordered_map(work, range(4), 2, window=2, batch=2)
     next(results)
+    begun.wait(10)
     results.close()
     go.set()
     for thread in _ours():

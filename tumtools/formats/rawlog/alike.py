@@ -65,15 +65,16 @@ class Alike:
                 return None
         known = self._record
         record = replace(known, fields=known.fields.copy(), offset=source.offset)
-        moved = record.offset - known.offset
+        image = known.child("intensity")
+        if image is not None:
+            moved = image.offset + record.offset - known.offset
+            image = record.fields["intensity"] = replace(image, fields=image.fields.copy(), offset=moved)
         for name, place in self._places.items():
             if name == _TIME:
                 record.fields[name] = _TICKS.unpack(data[place])[0]
-            elif name == _DEPTH_FILE:
-                record.fields[name] = _text(data[place])
-            elif image := known.child("intensity"):
-                fields = {**image.fields, name: _text(data[place])}
-                record.fields["intensity"] = replace(image, fields=fields, offset=image.offset + moved)
+            else:
+                holder = record if name == _DEPTH_FILE or image is None else image
+                holder.fields[name] = data[place].decode("utf-8", "surrogateescape")
         source.take(self._size)
         return record
 
@@ -85,7 +86,3 @@ def _varying(scan: Record) -> Iterator[tuple[str, bytes, int]]:
     for holder, name in ((scan, _DEPTH_FILE), (image, _IMAGE_FILE)):
         if holder is not None and (text := holder.text(name)):
             yield name, text_bytes(text), _LENGTH_BYTES
-
-
-def _text(data: bytes) -> str:
-    return data.decode("utf-8", "surrogateescape")

@@ -14,15 +14,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.formats.rawlog import made
+from tests.formats.rawlog.test_runs import one_by_one as surveyed_one_by_one
 from tumtools.errors import InputError
 from tumtools.formats.rawlog.archive import Record
 from tumtools.formats.rawlog.classes import CODEC
 from tumtools.formats.rawlog.objects import Objects
+from tumtools.formats.rawlog.survey import Survey, survey
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+MOVED = replace(made.pose(), fields={"values": np.arange(12.0)})
 NAMES = [
     "",
     "1.5_rgb.png",
@@ -69,6 +72,17 @@ def shown(records: Iterable[object]) -> list[object]:
     return found
 
 
+def told(found: Survey) -> list[object]:
+    """Return what a survey says of scans; pictures are compared by what tells them apart."""
+    pictures = [(place.key, place.nbytes, place.picture) for place in found.places]
+    shown_pictures = [
+        (key, nbytes, one.stream, one.ticks, one.label, one.file, one.name, one.beside)
+        for key, nbytes, one in pictures
+    ]
+    counted = (found.not_carried, found.nameless, found.euclidean, found.cameras_changed, found.classes)
+    return [*counted, found.sensors, found.cameras, shown_pictures, str(found.damage), found.count]
+
+
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_what_is_compared_is_what_is_read(data: st.DataObject, tmp_path: Path) -> None:
@@ -80,6 +94,8 @@ def test_what_is_compared_is_what_is_read(data: st.DataObject, tmp_path: Path) -
         names,
         label=st.sampled_from(["CAM", "CAB"]),
         points_file=st.sampled_from(["", "1.5_rgb.png"]),
+        sensor_pose=st.sampled_from([made.pose(), made.pose(), MOVED]),
+        range_is_depth=st.sampled_from([1, 1, 0]),
     )
     others = st.sampled_from([made.scan(), made.imu(), scan(made.TICKS, "a", "b", has_intensity=0)])
     records = data.draw(st.lists(scans | others, min_size=1, max_size=20))
@@ -92,6 +108,7 @@ def test_what_is_compared_is_what_is_read(data: st.DataObject, tmp_path: Path) -
     one_by_one = shown(Objects(path))
     with patch("tumtools.formats.rawlog.objects.read_run", return_value=None):
         assert shown(Objects(path).in_runs()) == one_by_one
+    assert told(survey(path)) == told(surveyed_one_by_one(path))
 
 
 def test_scans_that_differ_in_time_and_names_alone_are_not_read_field_by_field(tmp_path: Path) -> None:

@@ -64,7 +64,7 @@ class Alike:
             if data[place] != same:
                 return None
         known = self._record
-        record = replace(known, fields=known.fields.copy(), offset=source.offset)
+        record = replace(known, fields=known.fields.copy(), offset=source.offset, like=known)
         image = known.child("intensity")
         if image is not None:
             moved = image.offset + record.offset - known.offset

@@ -61,6 +61,7 @@ class Record:
         fields: Values. Flags are kept as the byte that was read: other values than 0 and 1 occur.
         offset: Where the object begins in the inflated stream.
         old_framing: Written by MRPT before 0.5.5.
+        like: An object before it that says the same but for time and file names, if that is known.
 
     """
 
@@ -69,6 +70,7 @@ class Record:
     fields: Fields = field(default_factory=dict)
     offset: int = 0
     old_framing: bool = False
+    like: Record | None = None
 
     @property
     def type(self) -> str:

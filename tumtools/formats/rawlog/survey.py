@@ -98,6 +98,22 @@ class Remark:
     place: str
 
 
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What an observation tells besides its images and values, whatever their files are called.
+
+    Attributes:
+        not_carried: What the model has no place for.
+        nameless: Its images that are said to be in a file without a name.
+        is_euclidean: Whether its depth is distances along the ray.
+
+    """
+
+    not_carried: tuple[str, ...] = ()
+    nameless: tuple[str, ...] = ()
+    is_euclidean: bool = False
+
+
 @dataclass(slots=True)
 class Survey:
     """What is in a rawlog.
@@ -145,6 +161,7 @@ class Survey:
     _held_bytes: int = 0
     _letters_left: int = _HELD_LETTERS
     _made: observations.Cameras = field(default_factory=observations.Cameras)
+    _told: tuple[Record | None, _Told] = (None, _Told())
 
     def add(self, number: int, record: Record) -> None:
         """Take a top-level object in."""
@@ -163,9 +180,10 @@ class Survey:
                 )
             self.sensors.setdefault((observation.type, label), Sensor()).add(1, ticks, ticks)
             imu = observations.imu_of(observation) if observation.type == "CObservationIMU" else None
-            for what in observations.not_carried(observation, imu):
+            told = self._told_of(observation, imu)
+            for what in told.not_carried:
                 self.not_carried[label, what] += 1
-            for what in nameless(observation):
+            for what in told.nameless:
                 self.nameless[label, what] += 1
             for picture in pictures_of(observation):
                 self._add_picture(number, part, picture)
@@ -175,7 +193,7 @@ class Survey:
                 self._add_acceleration(imu, label, ticks)
             elif observation.type == "CObservationComment":
                 self._add_comment(observation.text("text"), _place(number, observation))
-            elif observation.integer("has_range") and not observation.integer("range_is_depth", 1):
+            elif told.is_euclidean:
                 self.euclidean[label] += 1
 
     def add_run(self, run: Run) -> None:
@@ -200,6 +218,19 @@ class Survey:
         for label, rows in self.accelerations.items():
             found.setdefault("accelerometer", Counter())[label] += len(rows.ticks)
         return found
+
+    def _told_of(self, observation: Record, imu: observations.Imu | None) -> _Told:
+        """Return what an observation tells besides; where it is like another one, that one was asked."""
+        if observation.like is not None and observation.like is self._told[0]:
+            return self._told[1]
+        told = _Told(
+            tuple(observations.not_carried(observation, imu)),
+            tuple(nameless(observation)),
+            bool(observation.integer("has_range") and not observation.integer("range_is_depth", 1)),
+        )
+        if imu is None:
+            self._told = observation.like or observation, told
+        return told
 
     def _add_comment(self, text: str, place: str) -> None:
         if comment.is_digest(text):

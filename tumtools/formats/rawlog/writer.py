@@ -244,11 +244,14 @@ class _ScanWriter:
     _uses: dict[Key, int] = field(init=False)
     _next_slot: int = field(init=False, default=0)
     _next_row: int = field(init=False, default=0)
+    _rows_before: list[int] = field(init=False)
     _imu: ImuRows = field(init=False)
     _scans: Scans = field(init=False)
     _rounded: _Rounded = field(init=False, default_factory=_Rounded)
 
     def __post_init__(self) -> None:
+        times = np.array([slot.ticks for slot in self.plan.slots], np.int64)
+        self._rows_before = np.searchsorted(self.plan.imu_ticks, times, side="left").tolist()
         self._imu = ImuRows(self.dialect)
         self._scans = Scans(self.dialect)
         self._uses = {key: len(names) for key, names in self.plan.files().items()}
@@ -302,8 +305,7 @@ class _ScanWriter:
             yield Loss("depth", "pixels out of range", self._rounded.total.clipped, why, alters=("pixels",))
 
     def _write_scan(self, slot: Slot) -> None:
-        before = int(np.searchsorted(self.plan.imu_ticks, slot.ticks, side="left"))
-        self._write_imu(before)
+        self._write_imu(self._rows_before[self._next_slot])
         image = self._take(slot.image)
         depth_image = self._take(slot.depth)
         stream = slot.image[0] if slot.image else "rgb"

@@ -149,7 +149,7 @@ def convert(
     prepared = prepare(sequence, options.selection, needs)
     _refuse_nothing(prepared, options.selection)
     plan = entry.writer.plan(prepared, target, write_options)
-    not_carried = _of_streams(sequence, options.selection)
+    not_carried = _of_streams(sequence, options.selection, needs.drops)
     report = Report(
         target=target,
         format=to,
@@ -221,14 +221,14 @@ def _dry_run(prepared: Sequence, plan: Plan, report: Report, jobs: int, progress
     return replace(report, losses=_merge(report.losses, transform_losses(prepared)), dry_run=True)
 
 
-def _of_streams(sequence: Sequence, selection: Selection) -> tuple[Loss, ...]:
+def _of_streams(sequence: Sequence, selection: Selection, drops: frozenset[str]) -> tuple[Loss, ...]:
     """Return what the reader could not carry, but for streams that are not asked for: these are no loss.
 
     The reader counts all that it meets; which of it lies within the times chosen is not known, and said.
     """
     info = sequence.info
     places = {**info.sources, **{stream: image.source for stream, image in info.images.items()}}
-    unwanted = {name for name in STREAMS if not selection.has(name)}
+    unwanted = {name for name in STREAMS if not selection.has(name) or name in drops}
     unwanted |= {place for stream, place in places.items() if stream in unwanted and place}
     unwanted -= {place for stream, place in places.items() if stream not in unwanted and place}
     losses = tuple(loss for loss in info.not_carried if loss.stream not in unwanted)

@@ -284,6 +284,31 @@ def test_a_palette_image_without_its_palette_is_refused() -> None:
         png.check(make(_samples(3, 8), 3, 8))
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (chunk(b"tEXt", b"Comment\0x"), "between those of its image data"),
+        (_with_header(17, 13)[8:33], "two headers"),
+        (chunk(b"te t", b""), "no four letters"),
+    ],
+)
+def test_chunks_that_cannot_be_there_are_refused(more: bytes, said: str) -> None:
+    """Pillow and libpng refuse them, too."""
+    data = make(_samples(2, 8), 2, 8, parts=2)
+    second = offsets(data)[2]
+    with pytest.raises(InputError, match=said):
+        png.check(data[:second] + more + data[second:])
+
+
+def test_what_others_write_around_the_image_data_is_no_concern_of_ours() -> None:
+    data = make(_samples(2, 8), 2, 8, parts=2)
+    text = chunk(b"tEXt", b"Comment\0x")
+    begin, end = offsets(data)[1], offsets(data)[3]
+    assert np.array_equal(
+        png.decode(data[:begin] + text + data[begin:end] + text + data[end:]), png.decode(data)
+    )
+
+
 @pytest.mark.parametrize("data", [b"", b"\x89PNG", b"GIF89a" + bytes(40), png.SIGNATURE + bytes(25)])
 def test_what_is_no_png_says_what_it_begins_with(data: bytes) -> None:
     with pytest.raises(InputError, match=r"not a PNG|header chunk is missing"):

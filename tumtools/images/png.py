@@ -152,7 +152,9 @@ def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
     chunks = _sound_chunks(data)
     if chunks is None:
         raise _damage(data)
-    kinds = {kind for kind, _, _ in chunks}
+    kinds = [kind for kind, _, _ in chunks]
+    if disorder := _disorder(kinds):
+        raise InputError(f"a PNG file {disorder}", location="offset 8", hint=_DAMAGED_HINT)
     if found.colour_type == _PALETTE and b"PLTE" not in kinds:
         raise InputError("a PNG file with a palette, but without its PLTE chunk", location="offset 33")
     parts = [data[begin:end] for kind, begin, end in chunks if kind == b"IDAT"]
@@ -163,6 +165,18 @@ def _chunks(data: memoryview) -> tuple[PngHeader, list[memoryview]]:
             location="offset 16",
         )
     return (replace(found, transparent=True) if b"tRNS" in kinds else found), parts
+
+
+def _disorder(kinds: list[bytes]) -> str:
+    """Return what is wrong with the order or the names of chunks; empty if nothing is."""
+    if strange := next((kind for kind in set(kinds) if not kind.isalpha()), b""):
+        return f"with a chunk whose kind, {_shown(strange)}, is no four letters"
+    if kinds.count(b"IHDR") > 1:
+        return "with two headers"
+    images = kinds.count(b"IDAT")
+    if images and kinds[(first := kinds.index(b"IDAT")) : first + images].count(b"IDAT") < images:
+        return "with another chunk between those of its image data"
+    return ""
 
 
 def _sound_chunks(data: memoryview) -> list[tuple[bytes, int, int]] | None:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from tumtools.formats.ros.recording import MessageEncoding
 
 NAN = float("nan")
+AT_REST = {"position": ZERO, "orientation": ONE}
 NONE = (0.0,) * 9
 UNKNOWN = (-1.0, *NONE[1:])
 TURNED = (0.0, 0.0, 1.0, 0.0)
@@ -119,7 +120,7 @@ def test_times_of_recording_are_told_where_they_are_not_the_stamps(
             stamp, late = START + number * MS, (0, 0, 7, -30, 20)[number]
             file.image("/rgb", stamp, number, late=late)
             file.write("/imu", messages.IMU, stamp, late=-late, **imu())
-            file.write("/pose", messages.POSE_STAMPED, stamp, pose={"position": ZERO, "orientation": ONE})
+            file.write("/pose", messages.POSE_STAMPED, stamp, pose=AT_REST)
             still = {"translation": ZERO, "rotation": ONE}
             moved = {"translation": ZERO | {"x": float(number)}, "rotation": ONE}
             for topic, transforms in {"/tf": {"xy": still, "ab": moved}, "/tf_static": {"bc": still}}.items():
@@ -166,6 +167,23 @@ def test_what_is_lost_of_streams_that_are_not_asked_for_is_no_loss(tmp_path: Pat
         ("accelerometer",): more,
         None: late | more,
     }
+
+
+def test_what_is_lost_of_ground_truth_that_is_not_written_is_no_loss(tmp_path: Path) -> None:
+    with Foreign(tmp_path / "x.mcap") as file:
+        for number in range(3):
+            file.write("/pose", messages.POSE_STAMPED, START + number, late=7, pose=AT_REST)
+            file.write("/imu", messages.IMU, START + number, **imu())
+    with open_source(tmp_path / "x.mcap") as sequence:
+        options = ConvertOptions(dry_run=True)
+        lost = {
+            where: convert(
+                sequence, tmp_path / "y.mcap", "mcap", WriteOptions(groundtruth=where), options
+            ).losses
+            for where in ("pose", "none")
+        }
+    assert [loss.what for loss in lost["pose"]] == ["times of recording"]
+    assert lost["none"] == ()
 
 
 def test_times_of_any_size_are_compared() -> None:

@@ -123,6 +123,7 @@ def test_gravity_finds_faults_in_the_complete_rows(fault: Fault, complete_rpy: P
 
 # What needs two seconds, sixty images or much rotation is shown on the synthetic sequence.
 NOT_IN_THE_CUT = {"TUM403", "TUM404", "TUM407"}
+OF_IMAGES = ("TUM2", "TUM3")
 FAULTS_IN_THE_CUT = [fault for fault in FAULTS if fault.code not in NOT_IN_THE_CUT]
 
 
@@ -131,7 +132,8 @@ FAULTS_IN_THE_CUT = [fault for fault in FAULTS if fault.code not in NOT_IN_THE_C
 def test_faults_in_the_real_sequence_are_found(fault: Fault, real_sequence: Path, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(real_sequence, tmp_path / RPY))
     fault.inject(folder)
-    findings = validate(folder).findings
+    # What is wrong with text or stamps is found without decoding 180 images.
+    findings = validate(folder, full=fault.code.startswith(OF_IMAGES)).findings
     assert fault.code in {finding.code for finding in findings}
     errors = {finding.code for finding in findings if finding.severity is Severity.ERROR}
     assert errors <= {fault.code, *fault.errors}

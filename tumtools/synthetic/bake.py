@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from threading import Lock
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _LEVELS: Final = 4
 """Textures are kept at so many sizes, each half of the one before."""
 _GAMMA: Final = 1 / 2.2
+_BAKING: Final = Lock()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,9 +50,17 @@ class Scene:
     infrared: npt.NDArray[np.float32]
 
 
-@lru_cache(maxsize=1)
 def bake(seed: int, texel: float) -> Scene:
-    """Build the room of a seed with textures of so many metres per texel."""
+    """Build the room of a seed with textures of so many metres per texel; the latest one is kept.
+
+    It takes seconds, so threads that want the same one wait for the first of them.
+    """
+    with _BAKING:
+        return _bake(seed, texel)
+
+
+@lru_cache(maxsize=1)
+def _bake(seed: int, texel: float) -> Scene:
     quads = tuple(furnish(seed))
     tables: list[list[npt.NDArray[np.uint8]]] = [[] for _ in range(_LEVELS)]
     for number, (quad, grid) in enumerate(zip(quads, light_grids(quads), strict=True)):

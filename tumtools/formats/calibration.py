@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import yaml
 
 from tumtools.errors import InputError, MissingInputError
+from tumtools.formats import safe_yaml
 from tumtools.model.camera import CameraInfo
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def read_calibration(path: Path) -> CameraInfo:
         raise InputError("too large for a calibration", path=path)
     try:
         # OpenCV writes a first line that is no YAML of any version since 1.0.
-        values = yaml.safe_load(text.removeprefix("%YAML:1.0"))
+        values = safe_yaml.load(text.removeprefix("%YAML:1.0"))
     except yaml.YAMLError as error:
         raise InputError(f"not YAML: {error}", path=path) from error
     try:

@@ -89,11 +89,12 @@ def _profiles(text: str) -> list[list[str]]:
     """Return what each profile of a text says."""
     import yaml  # noqa: PLC0415 - only for what we have not written
 
+    from tumtools.formats import safe_yaml  # noqa: PLC0415 - likewise
+
     if len(text) > _MAX_LETTERS:
         return [[_NOT_READ]]
     try:
-        # Of the safe loaders the one that makes nothing but texts: no tag, number or date can go wrong.
-        found: object = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - as said
+        found = safe_yaml.load_texts(text)
     except (yaml.YAMLError, RecursionError):
         return [[_NOT_READ]]
     if found is None or (isinstance(found, str) and found in _SILENT):

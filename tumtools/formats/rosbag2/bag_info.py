@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import yaml
 
 from tumtools.errors import InputError
+from tumtools.formats import safe_yaml
 from tumtools.formats.ros.messages import TYPE_HASHES
 from tumtools.formats.ros.qos import qos_profile
 
@@ -82,7 +83,7 @@ def parse_bag_info(content: bytes | str, path: Path | str) -> BagInfo:
 
     """
     try:
-        document: object = yaml.safe_load(content)
+        document = safe_yaml.load(content)
     except yaml.MarkedYAMLError as error:
         line = None if error.problem_mark is None else f"line {error.problem_mark.line + 1}"
         raise InputError(f"not valid YAML: {error.problem}", path=path, location=line) from error

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from tests.batch.batches import Batch
 
 KILLS = 10
+POLL_SECONDS = 0.02
+"""Looking at the ledger takes time from those who fill it."""
 
 
 class Watched(Protocol):
@@ -46,9 +48,9 @@ def kill_while_it_works(
     claims, goal = watched.claims(), len(watched.ledger()) + random.randint(0, more)
     process = watched.batch.start("batch", "run", "plan.json", *words)
     while process.poll() is None and not watched.claims() - claims:
-        time.sleep(0.002)
+        time.sleep(POLL_SECONDS)
     while process.poll() is None and len(watched.ledger()) < goal:
-        time.sleep(0.002)
+        time.sleep(POLL_SECONDS)
     time.sleep(random.uniform(0, longest))
     if process.poll() is not None:
         process.communicate()

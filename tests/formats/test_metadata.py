@@ -86,6 +86,9 @@ def test_the_order_of_rows_is_kept_only_where_it_is_not_that_of_the_stamps() -> 
     assert metadata.order_by_stamp(np.array([], np.int64)) is None
     assert metadata.order_by_stamp(np.array([3, 3, 4])) is None
     assert metadata.order_by_stamp(np.array([3, 1, 1])) == (1, 2, 0)
+    # What lies between these does not fit into 64 bits.
+    assert metadata.order_by_stamp(np.array([2**63 - 1, -(2**63)])) == (1, 0)
+    assert metadata.order_by_stamp(np.array([-(2**63), 2**63 - 1])) is None
 
 
 def _text(**changes: object) -> str:

@@ -118,6 +118,18 @@ def test_other_repeated_stamps_are_warned_of(repeated: str, name: str) -> None:
     assert codes == {"TUM102"}
 
 
+def test_stamps_that_lie_centuries_apart_are_compared_all_the_same() -> None:
+    """Their differences do not fit into 64 bits."""
+    first, step = -(2**63) + 1, 33_333_333
+    early = first + step * np.arange(40)
+    late = 2**63 - 1 - step * np.arange(40)[::-1]
+    for stamps, back in ((np.concatenate([early, late]), 0), (np.concatenate([late, early]), 1)):
+        subject = Subject("x", "x", True, "tum", SequenceInfo("x", "tum"), stamps={"rgb": stamps})
+        subject.names = {"rgb": tuple(map(str, range(len(stamps))))}
+        found = check(subject, Settings(select=("TUM101", "TUM107")), full=False).findings
+        assert sum("before that of the row before" in finding.message for finding in found) == back
+
+
 def test_many_findings_of_a_kind_are_cut_short_and_counted(tmp_path: Path) -> None:
     lines = [f"1305031000.{n:06d} rgb/1305031000.{n:06d}.png\n" for n in range(50)]
     (tmp_path / "rgb.txt").write_text("".join(lines))

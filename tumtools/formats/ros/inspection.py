@@ -107,6 +107,6 @@ def _frame_ids(sequence: RosSequence) -> Iterator[tuple[str, str]]:
 
 def _times(sequence: RosSequence, stream: str) -> TimeFacts:
     stamps, log_times = sequence.times(stream)
-    back = np.flatnonzero(np.diff(stamps) < 0) + 1
+    back = np.flatnonzero(stamps[1:] < stamps[:-1]) + 1
     largest = int(np.abs(stamps - log_times).max()) if len(stamps) else 0
     return TimeFacts(len(back), int(back[0]) if len(back) else 0, largest)

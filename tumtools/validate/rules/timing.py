@@ -37,7 +37,8 @@ _RATES_HZ: Final[dict[str, tuple[float, ...]]] = {
 def _mean_rate(stamps: Stamps) -> float:
     """Return the distinct stamps per second."""
     distinct = np.unique(stamps)
-    return (len(distinct) - 1) * 1e9 / float(distinct[-1] - distinct[0])
+    # Python's integers, since centuries of nanoseconds do not fit into 64 bits.
+    return (len(distinct) - 1) * 1e9 / (int(distinct[-1]) - int(distinct[0]))
 
 
 @rule(

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 
@@ -17,6 +18,9 @@ from tumtools import __version__
 from tumtools.cli import main as program
 from tumtools.cli import output
 from tumtools.cli.main import COMMANDS, run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ROOT = Path(__file__).parents[2]
 FULL = ROOT / "fixtures" / "full"
@@ -73,12 +77,26 @@ def test_a_bug_shows_a_traceback_and_asks_for_a_report(
     assert f"this is a bug of tumtools {__version__}: ZeroDivisionError: x" in err
 
 
-def test_an_interrupt_is_exit_130(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
+def _interrupt(*_: object) -> NoReturn:
+    raise KeyboardInterrupt
 
+
+def _interrupt_the_making_of_a_class(*_: object) -> None:
+    """Python 3.11 makes a RuntimeError of it."""
+    type("Made", (), {"field": type("Field", (), {"__set_name__": _interrupt})()})
+
+
+def _interrupt_and_stumble(*_: object) -> None:
+    try:
+        _interrupt()
+    finally:
+        [].pop()
+
+
+@pytest.mark.parametrize("interrupt", [_interrupt, _interrupt_the_making_of_a_class, _interrupt_and_stumble])
+def test_an_interrupt_is_exit_130(
+    interrupt: Callable[..., None], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr("tumtools.sources.open_source", interrupt)
     assert run(["digest", str(FULL)]) == 130
     assert capsys.readouterr().err.strip() == "interrupted; nothing half-written was left behind"

@@ -121,8 +121,7 @@ def run(arguments: list[str] | None = None) -> int:
     except TumtoolsError as error:
         return _report(error)
     except (KeyboardInterrupt, click.exceptions.Abort):  # click makes the second of the first
-        output.message("interrupted; nothing half-written was left behind")
-        return EXIT_INTERRUPTED
+        return _report_interrupt()
     except (BrokenPipeError, SystemExit):  # click exits with 1 by itself when it cannot print; only then
         # The reader of a pipe has gone, as in `tumtools info x | head -1`.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -134,8 +133,8 @@ def run(arguments: list[str] | None = None) -> int:
         name = error.filename if isinstance(error.filename, str) else os.fsdecode(error.filename or b"")
         output.error(f"{name}: {error.strerror or error}" if name else error.strerror or str(error))
         return OutputError.exit_code
-    except Exception as error:  # noqa: BLE001 - whatever comes here is a bug of ours
-        return _report_bug(error)
+    except Exception as error:  # noqa: BLE001 - whatever else comes here is a bug of ours
+        return _report_interrupt() if _comes_of_interrupt(error) else _report_bug(error)
     return code if isinstance(code, int) else 0
 
 
@@ -144,6 +143,18 @@ def _report(error: TumtoolsError) -> int:
         output.traceback()
     output.error(str(error))
     return error.exit_code
+
+
+def _report_interrupt() -> int:
+    output.message("interrupted; nothing half-written was left behind")
+    return EXIT_INTERRUPTED
+
+
+def _comes_of_interrupt(error: BaseException | None) -> bool:
+    """Tell whether an interrupt has become another error: Python does so while it makes a class."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _report_bug(error: Exception) -> int:

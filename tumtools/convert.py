@@ -12,7 +12,7 @@ from tumtools.errors import InputError, InternalError, LossRefusedError, UsageEr
 from tumtools.fingerprint import Recorded
 from tumtools.formats import registry
 from tumtools.formats.options import Needs, Plan, Progress, ReadOptions, WriteOptions, no_progress
-from tumtools.images.parallel import BATCH, ordered_map
+from tumtools.images.parallel import batch_of, ordered_map
 from tumtools.model.sequence import STREAMS, streams_of, sum_losses
 from tumtools.replaceable import refuse_irreplaceable
 from tumtools.staging import refuse_existing, staged
@@ -216,7 +216,7 @@ def _dry_run(prepared: Sequence, plan: Plan, report: Report, jobs: int, progress
     if isinstance(prepared, RescaledDepth):
         rows = plan.images.get("depth")
         frames = (frame for frame in prepared.images(["depth"]) if rows is None or frame.row in rows)
-        for nbytes in ordered_map(lambda frame: frame.load().nbytes, frames, jobs, batch=BATCH):
+        for nbytes in ordered_map(lambda frame: frame.load().nbytes, frames, jobs, batch=batch_of(prepared)):
             progress(1, nbytes)
     return replace(report, losses=_merge(report.losses, transform_losses(prepared)), dry_run=True)
 

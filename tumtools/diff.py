@@ -14,7 +14,7 @@ from tumtools.digest import canonical_pixels, depth_in_metres
 from tumtools.formats.cameras import chosen_calibration
 from tumtools.formats.options import WriteOptions
 from tumtools.formats.tum.text import fit_layout, render
-from tumtools.images.parallel import BATCH, ordered_map
+from tumtools.images.parallel import batch_of, ordered_map
 from tumtools.model.sequence import IMAGE_STREAMS, STREAMS, WHOLE_SEQUENCE
 from tumtools.model.text import default_layout
 from tumtools.model.time import format_stamp
@@ -241,7 +241,7 @@ def _diff_images(
     pairs = chain.from_iterable(zip(a.images([one]), b.images([one]), strict=False) for one in streams)
     gathered: dict[tuple[str, str], list[tuple[str, _Pair]]] = {}
     images = pixels = 0
-    for frame, result in ordered_map(work, pairs, jobs, batch=BATCH):
+    for frame, result in ordered_map(work, pairs, jobs, batch=batch_of(a)):
         images += 1
         pixels += result.pixels
         if result.what:

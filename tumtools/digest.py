@@ -17,7 +17,7 @@ import numpy as np
 from tumtools.errors import InputError
 from tumtools.images.codec import canonical, pixels_of
 from tumtools.images.depth import divided, exact_counts
-from tumtools.images.parallel import BATCH, ordered_map
+from tumtools.images.parallel import batch_of, ordered_map
 from tumtools.model.digest import VERSION, digest_of_images, digest_of_rows
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
 
@@ -139,7 +139,7 @@ def _digest_frames(
             progress(1, image.nbytes)
         return frame.stream, frame.stamp, frame.row, value
 
-    return ordered_map(work, sequence.images(), jobs, batch=BATCH)
+    return ordered_map(work, sequence.images(), jobs, batch=batch_of(sequence))
 
 
 def digest(

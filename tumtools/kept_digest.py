@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from tumtools.digest import pixel_digest
 from tumtools.errors import InputError
 from tumtools.images.codec import pixels_of
-from tumtools.images.parallel import BATCH, ordered_map
+from tumtools.images.parallel import batch_of, ordered_map
 from tumtools.model.digest import KeptDigest, Kind, digest_of_images, digest_of_rows
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE
 
@@ -161,7 +161,7 @@ def check(sequence: Sequence, *, jobs: int = 2, progress: Progress | None = None
     def load(frame: Frame) -> int:
         return watch.frame(frame).load().nbytes
 
-    for nbytes in ordered_map(load, sequence.images(), jobs, batch=BATCH):
+    for nbytes in ordered_map(load, sequence.images(), jobs, batch=batch_of(sequence)):
         if progress is not None:
             progress(1, nbytes)
     return watch.checks()

@@ -20,7 +20,7 @@ from tumtools.formats.cameras import chosen_calibration, known_camera
 from tumtools.formats.options import WriteOptions
 from tumtools.formats.ros.layouts import is_default_frame
 from tumtools.formats.tum.text import render
-from tumtools.images.parallel import BATCH, ordered_map
+from tumtools.images.parallel import batch_of, ordered_map
 from tumtools.model.sequence import IMAGE_STREAMS, Frame, Sequence
 from tumtools.model.time import NANOSECONDS_PER_SECOND, format_stamp
 
@@ -131,7 +131,9 @@ def _verify_images(
             )
         return frame, image.nbytes, None
 
-    for frame, nbytes, seen in ordered_map(check, result.images([*written.info.images]), jobs, batch=BATCH):
+    for frame, nbytes, seen in ordered_map(
+        check, result.images([*written.info.images]), jobs, batch=batch_of(written)
+    ):
         if seen is not None:
             found[frame.stream].append((frame.stamp, seen))
         progress(1, nbytes)

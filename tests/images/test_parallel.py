@@ -7,11 +7,13 @@ from __future__ import annotations
 import gc
 import threading
 import time
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import pytest
 
-from tumtools.images.parallel import ROOM_BYTES, ordered_map, read_ahead, take_room
+from tumtools.images.parallel import ROOM_BYTES, batch_of, ordered_map, read_ahead, take_room
+from tumtools.model.sequence import ImageStreamInfo, SequenceInfo
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -101,6 +103,23 @@ def test_an_item_of_a_batch_gives_its_room_back_when_it_is_done() -> None:
             together.wait()
 
     assert list(ordered_map(work, range(8), 2, batch=4)) == [None] * 8
+
+
+@pytest.mark.parametrize(
+    ("sizes", "batch"),
+    [
+        ([(640, 480), (640, 480)], 4),
+        ([(640, 480), (1280, 720)], 2),
+        ([(4000, 3000)], 1),
+        ([(640, 480), (0, 0)], 1),
+        ([], 1),
+    ],
+)
+def test_large_images_are_handed_over_alone(sizes: list[tuple[int, int]], batch: int) -> None:
+    """Frames of raw images hold what they were read from, which no room is taken for."""
+    streams = {str(row): ImageStreamInfo(9, width=w, height=h) for row, (w, h) in enumerate(sizes)}
+    none = {"none": ImageStreamInfo(0)}
+    assert batch_of(SimpleNamespace(info=SequenceInfo("x", "tum", images=streams | none))) == batch
 
 
 def test_a_batch_ends_early_when_nobody_wants_its_results() -> None:

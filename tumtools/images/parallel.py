@@ -17,11 +17,16 @@ from tumtools.images.memory import keep_freed_memory
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator
 
+    from tumtools.model.sequence import Sequence
+
 ROOM_BYTES: Final = 64 * 2**20
 """Of decoded images under way at a time: some eighty of the benchmark's; a larger one goes alone."""
 
-BATCH: Final = 4
-"""Items to hand over together where they take a millisecond or so: each handing over wakes two threads."""
+_BATCH: Final = 4
+"""Images to hand over together where they take a millisecond or so: each handing over wakes two threads."""
+_BATCH_BYTES: Final = 8 * 2**20
+"""Of pixels; several megapixels are handed over alone, since a frame may hold what it is read from."""
+_BYTES_PER_PIXEL: Final = 4
 _WINDOW: Final = 4
 """Items for each thread. With two, a thread often waits for the caller to come and give it another one."""
 _WINDOW_OF_BATCHES: Final = 2
@@ -95,6 +100,14 @@ def take_room(nbytes: int) -> None:
         _PLACE.room.take(_PLACE.number, nbytes)
 
 
+def batch_of(sequence: Sequence) -> int:
+    """Return how many images of a sequence to hand to a thread together: one if they are large or unknown."""
+    streams = [stream for stream in sequence.info.images.values() if stream.count]
+    largest = max((stream.width * stream.height for stream in streams), default=0)
+    known = all(stream.width for stream in streams)
+    return max(1, min(_BATCH, _BATCH_BYTES // (_BYTES_PER_PIXEL * largest))) if known and largest else 1
+
+
 def ordered_map(
     function: Callable[[Item], Result],
     items: Iterable[Item],
@@ -116,8 +129,8 @@ def ordered_map(
         jobs: Threads; 1 computes in the caller's thread.
         window: Batches under way; twice the threads unless told, four times if they are of one item. Fewer
             for what takes much memory.
-        batch: Items that are handed to a thread together. More than one (`BATCH`) saves time where results
-            hold no image: what an item takes of the room is given back as soon as it is done.
+        batch: Items that are handed to a thread together. More than one (`batch_of`) saves time where
+            results hold no image: what an item takes of the room is given back as soon as it is done.
         join: Wait for the threads when the generator ends early, so that `function` has no effect after
             that. The caller must then close the generator itself and not leave that to the collector.
 

@@ -14,7 +14,7 @@ from tumtools.formats.rawlog.reader import RawlogSequence
 from tumtools.formats.ros.incoming import RosSequence
 from tumtools.formats.ros.inspection import inspect
 from tumtools.formats.tum.reader import TrajectoryFile, TumSequence, open_tolerant
-from tumtools.images.parallel import BATCH, ordered_map
+from tumtools.images.parallel import batch_of, ordered_map
 from tumtools.kept_digest import Watch
 from tumtools.sources import locate
 from tumtools.validate.frames import FrameFacts, measure
@@ -130,7 +130,7 @@ def _measure(subject: Subject, sequence: Sequence, jobs: int, progress: Progress
     def look(frame: Frame) -> tuple[FrameFacts, npt.NDArray[np.int64] | None]:
         return measure(frame if watch is None else watch.frame(frame), decode=True)
 
-    for measured, histogram in ordered_map(look, _images(subject, sequence), jobs, batch=BATCH):
+    for measured, histogram in ordered_map(look, _images(subject, sequence), jobs, batch=batch_of(sequence)):
         facts = measured
         if facts.error is not None and isinstance(sequence, TumSequence) and facts.stream == "depth":
             facts = _kind_of_depth(sequence, facts)

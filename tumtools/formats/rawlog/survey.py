@@ -228,8 +228,8 @@ class Survey:
             tuple(nameless(observation)),
             bool(observation.integer("has_range") and not observation.integer("range_is_depth", 1)),
         )
-        if imu is None:
-            self._told = observation.like or observation, told
+        if observation.like is not None:
+            self._told = observation.like, told
         return told
 
     def _add_comment(self, text: str, place: str) -> None:

@@ -44,7 +44,7 @@ from tumtools.formats.rawlog.signals import ACCELEROMETER, GROUNDTRUTH_FILE
 from tumtools.formats.rawlog.store import Store, Stored
 from tumtools.formats.tum.text import fit_layout, render
 from tumtools.images import depth
-from tumtools.images.parallel import BATCH, ordered_map
+from tumtools.images.parallel import batch_of, ordered_map
 from tumtools.model.camera import ROS_DEFAULT, calibration
 from tumtools.model.digest import to_strings
 from tumtools.model.sequence import TUM_DEPTH_UNITS_PER_METRE, Loss
@@ -98,7 +98,9 @@ def write(sequence: Sequence, target: Path, options: WriteOptions, progress: Pro
         (target / GROUNDTRUTH_FILE).write_bytes(_groundtruth_text(sequence))
     store = Store(images, dialect, container, plan.files())
     # The threads write files: none may do so when an error has left here and the folder is removed.
-    images_stored = ordered_map(store, _wanted(sequence, store.names), options.jobs, batch=BATCH, join=True)
+    images_stored = ordered_map(
+        store, _wanted(sequence, store.names), options.jobs, batch=batch_of(sequence), join=True
+    )
     with (
         closing(_Objects(target / f"{stem}{SUFFIX}", deflater(container))) as out,
         closing(images_stored),

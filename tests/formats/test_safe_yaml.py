@@ -4,11 +4,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 import yaml
 
 from tumtools.formats import safe_yaml
 from tumtools.formats.ros.qos import qos_profile
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 DOCUMENT = f"""\
 version: 5
@@ -28,17 +33,15 @@ def test_both_readers_say_the_same(text: str) -> None:
     assert safe_yaml.load_texts(text) == yaml.load(text, yaml.BaseLoader)  # noqa: S506 - makes texts
 
 
+@pytest.mark.skipif(not yaml.__with_libyaml__, reason="PyYAML was built without libyaml")
 def test_libyaml_is_used_where_it_is_there() -> None:
-    if not yaml.__with_libyaml__:
-        pytest.skip("PyYAML was built without libyaml")
     assert issubclass(safe_yaml._PLAIN, yaml.CSafeLoader)
     assert issubclass(safe_yaml._TEXTS, yaml.CBaseLoader)
 
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "? "])
 @pytest.mark.parametrize("load", [safe_yaml.load, safe_yaml.load_texts])
-def test_what_is_nested_too_deep_is_refused(load: object, opening: str) -> None:
-    assert callable(load)
+def test_what_is_nested_too_deep_is_refused(load: Callable[[str], object], opening: str) -> None:
     with pytest.raises((yaml.YAMLError, RecursionError)):
         load(opening * 100_000)
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -173,8 +174,7 @@ def _disorder(kinds: list[bytes]) -> str:
         return f"with a chunk whose kind, {_shown(strange)}, is no four letters"
     if kinds.count(b"IHDR") > 1:
         return "with two headers"
-    images = kinds.count(b"IDAT")
-    if images and kinds[(first := kinds.index(b"IDAT")) : first + images].count(b"IDAT") < images:
+    if [kind for kind, _ in groupby(kinds)].count(b"IDAT") > 1:
         return "with another chunk between those of its image data"
     return ""
 
